@@ -8,7 +8,7 @@ use crate::name::Name;
 use crate::value::{Relation, Value};
 
 /// The latest term that such sequences begin with, and the same where terms have symbols.
-const LATEST: i64 = 1_000;
+const LATEST: i64 = 256;
 const LATEST_SYMBOLIC: i64 = 8;
 
 /// The sequences from an index on, and both sides as they are there, where a comparison holds at no index before, whatever the
@@ -19,7 +19,7 @@ pub(crate) fn behind(
     known: &Assumptions,
 ) -> Option<(Recurrence, Comparison)> {
     let index = &recurrence.index;
-    if recurrence.from < 0 || ![left, right].iter().any(|side| side.mentions(index)) {
+    if ![left, right].iter().any(|side| side.mentions(index)) {
         return None;
     }
     let mut values = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
@@ -29,7 +29,10 @@ pub(crate) fn behind(
         known.decide(relation, &left?, &right?).map(|holds| !holds)
     };
     let last = recurrence.from.checked_add(latest)?;
-    let from = (recurrence.from..last).find(|at| fails(at) != Some(true)).filter(|from| *from > recurrence.from)?;
+    let from = (recurrence.from..last).find(|at| fails(at) != Some(true))?;
+    if from <= recurrence.from.max(-1) {
+        return None;
+    }
     let mut later = known.without_name(index);
     later.assume_natural(index);
     later.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));

@@ -77,12 +77,20 @@ impl Compared<'_> {
         let mut terms = Terms::of(self);
         let nexts = self.recurrence.sequences.iter().map(|sequence| &sequence.next);
         let repeats = !nexts.chain(&plain).any(|value| value.mentions(index));
-        let (mut earlier, mut next, mut differ) = (None, 0, None);
+        let (mut earlier, mut next) = (None, 0);
+        let modulo = || remainders::differ(self.recurrence, self.wanted);
+        // Where powers of roots are to be compared that takes long, and this does not.
+        let with_roots =
+            solved.is_some_and(|solved| solved.forms().iter().any(|form| has_powers_of_roots(form, index)));
+        let mut differ = if with_roots { modulo() } else { None };
         loop {
             let count = terms.index().saturating_sub(self.recurrence.from);
             let holds = terms.holds();
             if holds == Some(true) {
                 return None;
+            }
+            if let Some(shown) = differ.as_ref().filter(|shown| terms.index() >= shown.from) {
+                return Some(Never::Modulo(shown.from, shown.modulus));
             }
             if count == next && count <= LATEST {
                 next = (count * 2).max(1);
@@ -93,12 +101,10 @@ impl Compared<'_> {
                 if repeats {
                     earlier = Some(terms.state().to_vec());
                 }
-                if count == 0 {
-                    differ = remainders::differ(self.recurrence, self.wanted);
+                if count == 0 && !with_roots {
+                    differ = modulo();
+                    continue;
                 }
-            }
-            if let Some(shown) = differ.as_ref().filter(|shown| terms.index() >= shown.from) {
-                return Some(Never::Modulo(shown.from, shown.modulus));
             }
             if holds != Some(false) {
                 return None;

@@ -335,12 +335,20 @@ impl Environment {
         if let ast::ItemKind::Solve(solve) = &item.kind
             && let Some((environment, notes)) = self.with_vectors(solve)
         {
-            let mut lowered = environment.lower_item(item, text)?;
-            if let Lowered::Solve(question) = &mut lowered {
-                question.notes.splice(0..0, notes);
+            // Where that does not help either, the question is wrong as it is written.
+            if let Ok(mut lowered) = environment.lower_as_written(item, text) {
+                if let Lowered::Solve(question) = &mut lowered {
+                    question.notes.splice(0..0, notes);
+                }
+                return Ok(lowered);
             }
-            return Ok(lowered);
         }
+        self.lower_as_written(item, text)
+    }
+
+    /// The same with each parameter as it was declared.
+    fn lower_as_written(&self, item: &Item, text: &str) -> Result<super::Lowered, Vec<Diagnostic>> {
+        use super::Lowered;
         let mut lowerer = Lowerer::new(self, Metas::Law);
         let lowered = match &item.kind {
             ast::ItemKind::Prove(claim) => lowerer.claim(claim, item.span, text).map(Lowered::Claim),

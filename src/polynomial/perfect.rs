@@ -18,7 +18,10 @@ impl<A: Clone + Ord> Polynomial<A> {
         let below = self.coefficients_in(atom).remove(&(power - 1)).filter(Polynomial::is_linear)?;
         let times = number * BigRational::from_integer(BigInt::from(power));
         let sum = Polynomial::atom(atom.clone()).plus(&below.scale(&times.recip()));
-        (sum.power(power)?.scale(number) == *self).then(|| (sum, power, number.clone()))
+        // So many terms has a power of a sum of so many, and no two of them are alike.
+        let more =
+            (1..sum.0.len()).try_fold(1usize, |all, place| Some(all.checked_mul(power as usize + place)? / place))?;
+        (more == self.0.len() && sum.power(power)?.scale(number) == *self).then(|| (sum, power, number.clone()))
     }
 }
 

@@ -161,7 +161,11 @@ impl<T> Split<'_, T> {
     fn assuming(&self, chosen: impl Fn(usize) -> bool) -> Assumptions {
         let mut known = self.known.clone();
         for (_, (relation, left, right)) in self.assumed.iter().enumerate().filter(|(place, _)| chosen(*place)) {
-            divisors([left, right]).for_each(|divisor| known.assume(Relation::Neq, &divisor, &Value::zero()));
+            for divisor in divisors([left, right]) {
+                if known.decide(Relation::Neq, &divisor, &Value::zero()) != Some(true) {
+                    known.assume(Relation::Neq, &divisor, &Value::zero());
+                }
+            }
             known.assume(*relation, left, right);
         }
         known

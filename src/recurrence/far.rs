@@ -14,6 +14,8 @@ use crate::value::Value;
 const MOST_TERMS: u64 = 200_000;
 /// The same where exact terms are computed in between.
 const MOST_BETWEEN: u64 = 20_000;
+/// So many of these at most.
+const MOST_EXACT: usize = 100;
 
 /// The first index at which a comparison holds, or that none does; otherwise before which index there is none.
 pub(super) fn far(
@@ -56,6 +58,7 @@ fn between(
     };
     let first = recurrence.from.checked_add_unsigned(before).and_then(terms).ok_or(before)?;
     near.put(&first, before).ok_or(before)?;
+    let mut exactly = 0;
     for count in before..MOST_BETWEEN {
         let at = recurrence.from.checked_add_unsigned(count).ok_or(count)?;
         if let Some(never) = ended(tail, at, recurrence) {
@@ -63,7 +66,9 @@ fn between(
         }
         let holds = match near.holds() {
             Some(holds) => holds,
+            None if exactly == MOST_EXACT => return Err(count),
             None => {
+                exactly += 1;
                 let terms = terms(at).ok_or(count)?;
                 near.put(&terms, count).ok_or(count)?;
                 exact.put(&terms, count).ok_or(count)?;

@@ -102,22 +102,7 @@ fn parts<'a>(component: &'a Term, definitions: &'a Definitions) -> impl Iterator
 pub(super) fn means_something(components: &[Term], environment: &Environment) -> bool {
     let definitions = &environment.definitions;
     let terms: Vec<&Term> = components.iter().flat_map(|component| parts(component, definitions)).collect();
-    let (mut bound, mut drawn) = (BTreeSet::new(), BTreeSet::new());
-    for term in &terms {
-        match term.node() {
-            Node::Call(name, _) => match definitions.get(name) {
-                Some(definition) => bound.extend(&definition.parameters),
-                None => return false,
-            },
-            Node::In(_, name) | Node::Set(_, name) | Node::Power(_, _, Some(name)) => {
-                bound.insert(name);
-            }
-            Node::Ran(_, name) => {
-                drawn.insert(name);
-            }
-            _ => {}
-        }
-    }
+    let Some((bound, drawn)) = names(&terms, definitions) else { return false };
     let fixed = |value: &Value| !value.variables().iter().any(|name| bound.contains(name) || drawn.contains(name));
     let granted = |need: &Need| fixed(need.value()) && environment.assumptions.grants(need) == Some(true);
     let lasts = |time: &Value| {
@@ -134,6 +119,38 @@ pub(super) fn means_something(components: &[Term], environment: &Environment) ->
         };
         own && term.values().flat_map(Value::needs).all(|need| granted(&need))
     })
+}
+
+/// The names that stand for values which processes hold, and those that are drawn; nothing where a process is not defined.
+fn names<'t>(terms: &[&'t Term], definitions: &'t Definitions) -> Option<(BTreeSet<&'t Name>, BTreeSet<&'t Name>)> {
+    let (mut bound, mut drawn) = (BTreeSet::new(), BTreeSet::new());
+    for term in terms {
+        match term.node() {
+            Node::Call(name, _) => match definitions.get(name) {
+                Some(definition) => bound.extend(&definition.parameters),
+                None => return None,
+            },
+            Node::In(_, name) | Node::Set(_, name) | Node::Power(_, _, Some(name)) => {
+                bound.insert(name);
+            }
+            Node::Ran(_, name) => {
+                drawn.insert(name);
+            }
+            _ => {}
+        }
+    }
+    Some((bound, drawn))
+}
+
+/// What a value of these components needs of parameters alone, and which is not known.
+pub(super) fn open_need(components: &[Term], environment: &Environment) -> Option<Need> {
+    let definitions = &environment.definitions;
+    let terms: Vec<&Term> = components.iter().flat_map(|component| parts(component, definitions)).collect();
+    let (bound, drawn) = names(&terms, definitions)?;
+    let fixed = |need: &Need| !need.value().variables().iter().any(|name| bound.contains(name) || drawn.contains(name));
+    let needs = terms.iter().flat_map(|term| term.values()).flat_map(Value::needs);
+    let open = |need: &Need| !matches!(need, Need::Natural(_)) && environment.assumptions.grants(need) != Some(true);
+    needs.into_iter().find(|need| fixed(need) && open(need))
 }
 
 /// The same of a period: whether all that is compared, passed, shown, waited for and carried on surely has a meaning on each of

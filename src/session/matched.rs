@@ -1,6 +1,7 @@
 //! The match of a run with a property, as a theorem about the system.
 
 use super::Evidence;
+use super::beside::open_need;
 use super::cases::{InEach, unwritten};
 use super::claim::Found;
 use super::compare::theory;
@@ -54,6 +55,12 @@ impl Run<'_, '_> {
                     found.remains = vec![no_value(why)];
                     return;
                 }
+                if followed.is_err()
+                    && let Some(need) = open_need(&system.components, environment)
+                {
+                    found.remains = vec![no_value(&need.to_string())];
+                    return;
+                }
                 let followed = followed.map_err(|lost| lost.why);
                 if let (Err(why), false) = (&followed, tried) {
                     found.remains = untried(std::slice::from_ref(why));
@@ -91,7 +98,14 @@ impl Run<'_, '_> {
         let Some(tried) = tried_in_each(&whole, outcome, environment, found) else { return };
         let interrupted = || self.surroundings.interrupted();
         let each = InEach { theory: &theory, period, whole: &whole, wanted, interrupted: &interrupted };
-        match each.proof(apart) {
+        let proof = each.proof(apart);
+        if proof.as_ref().is_ok_and(|(_, lost)| !lost.is_empty())
+            && let Some(need) = open_need(&system.components, environment)
+        {
+            found.remains = vec![no_value(&need.to_string())];
+            return;
+        }
+        match proof {
             Ok((_, lost)) if !lost.is_empty() && !tried => found.remains = untried(&lost),
             Ok((checked, lost)) => {
                 found.it = Some(run.clone()).filter(|_| !outcome.is_on_sides());

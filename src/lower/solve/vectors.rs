@@ -1,6 +1,6 @@
 //! Parameters that are vectors because of where they stand: `g` of `unit(g-r(n))`, where the terms `r(n)` are vectors.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::Lengths;
@@ -19,7 +19,12 @@ impl Environment {
                 lengths.insert(name.name.clone(), parts.len());
             }
         }
-        let mut search = Search { environment: self, lengths, found: BTreeMap::new() };
+        let mut used = BTreeSet::new();
+        for value in solve.equations.iter().flat_map(|(left, right)| [left, right]) {
+            names_in(value, &mut used);
+        }
+        used.extend(lengths.iter().flat_map(|(name, length)| (0..*length).map(|place| name.component(place, *length))));
+        let mut search = Search { environment: self, lengths, used, found: BTreeMap::new() };
         let asked = solve.find.iter().flat_map(|find| find.either.comparisons());
         let sides: Vec<[&Written; 2]> = asked.map(|one| [&one.left, &one.right]).collect();
         // What is a vector in one place is one in all.
@@ -50,6 +55,8 @@ struct Search<'e> {
     environment: &'e Environment,
     /// Of each sequence that begins with a vector how many components it has.
     lengths: Lengths,
+    /// The names in the equations, and those of components of sequences.
+    used: BTreeSet<Name>,
     /// The parameters that are vectors.
     found: BTreeMap<Name, usize>,
 }
@@ -80,19 +87,20 @@ impl Search<'_> {
     /// The same of values of which one is a vector where the others are.
     fn alike(&mut self, values: &[&Written]) {
         if let Some(length) = values.iter().find_map(|value| self.length(value)) {
-            let own: Vec<Name> = values.iter().filter_map(|value| self.vector_in(value)).cloned().collect();
+            let own: Vec<Name> = values.iter().filter_map(|value| self.vector_in(value, length)).cloned().collect();
             self.found.extend(own.into_iter().map(|name| (name, length)));
         }
         values.iter().for_each(|value| self.look_in(value));
     }
 
     /// The parameter that must be a vector for a value to be one: `g`, or that of `g/2`.
-    fn vector_in<'v>(&self, value: &'v Written) -> Option<&'v Name> {
+    fn vector_in<'v>(&self, value: &'v Written, length: usize) -> Option<&'v Name> {
         match &value.kind {
-            ValueKind::Name(name) => self.is_open(name).then_some(&name.name),
-            ValueKind::Negative(inner) => self.vector_in(inner),
+            ValueKind::Name(name) => self.is_open(name, length).then_some(&name.name),
+            ValueKind::Negative(inner) => self.vector_in(inner, length),
             ValueKind::Product(parts) if self.length(value).is_none() => {
-                let mut all = parts.iter().filter(|(divides, _)| !divides).filter_map(|(_, part)| self.vector_in(part));
+                let mut all =
+                    parts.iter().filter(|(divides, _)| !divides).filter_map(|(_, part)| self.vector_in(part, length));
                 all.next().filter(|_| all.next().is_none())
             }
             _ => None,
@@ -116,18 +124,44 @@ impl Search<'_> {
     }
 
     /// Whether it is a parameter of which nothing is known, whose components have names of their own.
-    fn is_open(&self, name: &Ident) -> bool {
-        let parameter = matches!(
-            self.environment.quantity(&name.name),
-            Some(Quantity::Parameter { class: Class::Number, constant: None })
-        );
-        let taken =
-            |place: usize, length: usize| self.environment.quantity(&name.name.component(place, length)).is_some();
-        let length = 3;
+    fn is_open(&self, name: &Ident, length: usize) -> bool {
+        let quantity = self.environment.quantity(&name.name);
+        let parameter = matches!(quantity, Some(Quantity::Parameter { class: Class::Number, constant: None }));
+        let taken = |place: usize| {
+            let own = name.name.component(place, length);
+            self.environment.quantity(&own).is_some() || self.used.contains(&own)
+        };
         let assumed = self.environment.assumptions.mentions(&name.name);
-        parameter
-            && !assumed
-            && !(0..length).any(|place| taken(place, length))
-            && !self.lengths.contains_key(&name.name)
+        parameter && !assumed && !(0..length).any(taken) && !self.lengths.contains_key(&name.name)
+    }
+}
+
+/// All names in a value, those of functions, sequences and indices among them.
+fn names_in(value: &Written, into: &mut BTreeSet<Name>) {
+    match &value.kind {
+        ValueKind::Number(_) => {}
+        ValueKind::Name(name) => {
+            into.insert(name.name.clone());
+        }
+        ValueKind::Sum(parts) | ValueKind::Product(parts) => parts.iter().for_each(|(_, part)| names_in(part, into)),
+        ValueKind::Power(base, exponent) => [base, exponent].into_iter().for_each(|part| names_in(part, into)),
+        ValueKind::Negative(inner) | ValueKind::Absolute(inner) => names_in(inner, into),
+        ValueKind::If(_, parts) => parts.iter().for_each(|part| names_in(part, into)),
+        ValueKind::Vector(parts) => parts.iter().for_each(|part| names_in(part, into)),
+        ValueKind::Call(name, arguments) => {
+            into.insert(name.name.clone());
+            arguments.iter().for_each(|one| names_in(&one.value, into));
+        }
+        ValueKind::Iterate(functions, arguments) => {
+            into.extend(functions.iter().map(|(name, _)| name.name.clone()));
+            arguments.iter().for_each(|one| names_in(&one.value, into));
+        }
+        ValueKind::Cases(cases) => {
+            for (value, when) in cases {
+                names_in(value, into);
+                let compared = when.iter().flat_map(ast::Either::comparisons);
+                compared.flat_map(|one| [&one.left, &one.right]).for_each(|side| names_in(side, into));
+            }
+        }
     }
 }

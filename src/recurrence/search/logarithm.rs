@@ -98,7 +98,10 @@ impl Entry<'_> {
         let power = if plain { format!("{ratio}^{exponent}") } else { format!("({ratio})^{exponent}") };
         let power = if size == Value::one() { power } else { format!("{}*{power}", bracketed(size.to_string())) };
         let least = format!("log({})/log({ratio})", quotient(&far, &size, &self.known.simplify(&far.div(&size)?)));
-        let least = if strict { format!("floor({least})+1") } else { format!("ceil({least})") };
+        let (least, from) = match strict {
+            true => (format!("floor({least})"), self.from.add(&Value::one())?),
+            false => (format!("ceil({least})"), self.from.clone()),
+        };
         let test = if strict { [Relation::Lss, Relation::Gtr] } else { [Relation::Lte, Relation::Gte] };
         let early = match self.known.decide(test[usize::from(!falls)], &size, &far) {
             Some(false) => String::new(),
@@ -106,8 +109,11 @@ impl Entry<'_> {
             // Where a later form begins is a value, and a case of its own.
             _ => return Ok(Some(Reach::undecided(test[usize::from(!falls)], &size, &far))),
         };
-        let later = || Ok::<_, Unknown>(self.from.add(&Value::variable(&Name::new(&least)))?.to_string());
-        let least = if self.from.is_zero() { least } else { later()? };
+        let least = match self.from.is_zero() {
+            true if strict => format!("{least}+1"),
+            true => least,
+            false => from.add(&Value::variable(&Name::new(&least)))?.to_string(),
+        };
         let formula = Formula {
             index: format!("{early}{least}"),
             test: format!("{power} {relation} {far}"),
