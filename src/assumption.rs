@@ -13,6 +13,7 @@ mod integral;
 mod linear;
 mod pieces;
 mod powers;
+mod product;
 mod refute;
 mod remembered;
 mod sampled;

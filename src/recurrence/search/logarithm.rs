@@ -79,12 +79,6 @@ impl Entry<'_> {
             // Beyond its limit it never comes: which side that is tells the rest.
             None => return Ok(Some(Reach::undecided(Relation::Gtr, &self.known.simplify(&far), &zero))),
         }
-        let relation = match (falls, strict) {
-            (true, false) => "<=",
-            (true, true) => "<",
-            (false, false) => ">=",
-            (false, true) => ">",
-        };
         let (size, index) = (self.known.simplify(&begins.abs()?), self.index);
         let at = exponent(&self.known.simplify(&far.div(&size)?), ratio)
             .filter(|at| self.known.is_natural(at) == Some(true));
@@ -92,22 +86,26 @@ impl Entry<'_> {
             let at = if strict { at.add(&Value::one())? } else { at };
             return Ok(Some(Reach::At(self.from.add(&at)?, Vec::new())));
         }
-        let plain = ratio.as_variable().is_some() || ratio.as_rational().is_some_and(|ratio| ratio.is_integer());
         let since = Value::variable(index).sub(self.from)?;
         let exponent = if self.from.is_zero() { since.to_string() } else { format!("({since})") };
-        let power = if plain { format!("{ratio}^{exponent}") } else { format!("({ratio})^{exponent}") };
-        let power = if size == Value::one() { power } else { format!("{}*{power}", bracketed(size.to_string())) };
+        let power = power_text(&size, ratio, &exponent);
         let least = format!("log({})/log({ratio})", quotient(&far, &size, &self.known.simplify(&far.div(&size)?)));
         let (least, from) = match strict {
             true => (format!("floor({least})"), self.from.add(&Value::one())?),
             false => (format!("ceil({least})"), self.from.clone()),
         };
-        let test = if strict { [Relation::Lss, Relation::Gtr] } else { [Relation::Lte, Relation::Gte] };
-        let early = match self.known.decide(test[usize::from(!falls)], &size, &far) {
+        let test = match (falls, strict) {
+            (true, false) => Relation::Lte,
+            (true, true) => Relation::Lss,
+            (false, false) => Relation::Gte,
+            (false, true) => Relation::Gtr,
+        };
+        let relation = test.symbol();
+        let early = match self.known.decide(test, &size, &far) {
             Some(false) => String::new(),
             _ if self.from.is_zero() => format!("if {size} {relation} {far} then 0 else "),
             // Where a later form begins is a value, and a case of its own.
-            _ => return Ok(Some(Reach::undecided(test[usize::from(!falls)], &size, &far))),
+            _ => return Ok(Some(Reach::undecided(test, &size, &far))),
         };
         let least = match self.from.is_zero() {
             true if strict => format!("{least}+1"),
@@ -118,12 +116,19 @@ impl Entry<'_> {
             index: format!("{early}{least}"),
             test: format!("{power} {relation} {far}"),
             power: ratio.power(&since)?.mul(&size)?,
-            relation: test[usize::from(!falls)],
+            relation: test,
             bound: far,
         };
         let why = Unknown::because(format!("its first {index} is a logarithm, and {NO_VALUE}"));
         Ok(Some(Reach::Unknown(Unknown { formula: Some(Box::new(formula)), ..why })))
     }
+}
+
+/// The text of `size*ratio^exponent`.
+fn power_text(size: &Value, ratio: &Value, exponent: &str) -> String {
+    let plain = ratio.as_variable().is_some() || ratio.as_rational().is_some_and(|ratio| ratio.is_integer());
+    let power = if plain { format!("{ratio}^{exponent}") } else { format!("({ratio})^{exponent}") };
+    if *size == Value::one() { power } else { format!("{}*{power}", bracketed(size.to_string())) }
 }
 
 /// The text of a quotient, where it is no longer as it is made of both, and no sign stands before what is positive.
