@@ -103,6 +103,7 @@ impl Entry<'_> {
         let relation = test.symbol();
         let early = match self.known.decide(test, &size, &far) {
             Some(false) => String::new(),
+            Some(true) if !self.from.is_zero() => return Ok(Some(Reach::At(self.from.clone(), Vec::new()))),
             _ if self.from.is_zero() => format!("if {size} {relation} {far} then 0 else "),
             // Where a later form begins is a value, and a case of its own.
             _ => return Ok(Some(Reach::undecided(test, &size, &far))),
