@@ -35,7 +35,7 @@ fn that_it_never_is_is_shown_in_each_way() {
         ("param v > 0, h\nsolve r(n+1) = min(r(n)+v,h), r(0) = 0 find n with r(n) > max(h,0)\n", Never::Forms(0)),
         // Roots that are no numbers, in turns of two, and a size.
         ("solve f(n+2) = f(n+1)+f(n), f(0) = 1, f(1) = 1 find n with f(n) < 1\n", Never::Forms(0)),
-        ("solve f(n+2) = f(n+1)+f(n), f(0) = 0, f(1) = 1 find n with f(n) = 9\n", Never::Forms(0)),
+        ("solve f(n+2) = f(n+1)+f(n), f(0) = 0, f(1) = 1 find n with f(n) = 9\n", Never::Modulo(0, 11)),
         ("solve u(n+2) = 2*u(n), u(0) = 3, u(1) = 4 find n with abs(u(n)) < 2\n", Never::Forms(0)),
         ("solve c(n+1) = if mod(n,2) = 0 then c(n)/2 else c(n)+1, c(0) = 5 find n with c(n) <= 1\n", Never::Forms(0)),
         // Without a form, where each term follows from the one before.

@@ -134,7 +134,8 @@ fn power_text(size: &Value, ratio: &Value, exponent: &str) -> String {
 
 /// The text of a quotient, where it is no longer as it is made of both, and no sign stands before what is positive.
 fn quotient(above: &Value, below: &Value, both: &Value) -> String {
-    let (plain, apart) = (both.to_string(), format!("{above}/{}", bracketed(below.to_string())));
+    let sides = [above, below].map(|side| bracketed(side.to_string()));
+    let (plain, apart) = (both.to_string(), sides.join("/"));
     let simple = below.variables().is_empty() || apart.len() >= plain.len() && !plain.starts_with("(-");
     if simple { plain } else { apart }
 }
