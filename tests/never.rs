@@ -40,7 +40,7 @@ fn that_it_never_is_is_shown_in_each_way() {
         ("solve c(n+1) = if mod(n,2) = 0 then c(n)/2 else c(n)+1, c(0) = 5 find n with c(n) <= 1\n", Never::Forms(0)),
         // Without a form, where each term follows from the one before.
         ("solve r(n+1) = r(n)+1/r(n), r(0) = 1 find n with r(n) < 1\n", by_induction(0)),
-        ("solve x(n+1) = x(n)^2-2, x(0) = 3 find n with x(n) = 5\n", by_induction(1)),
+        ("solve x(n+1) = x(n)^2-2, x(0) = 3 find n with x(n) = 5\n", Never::Modulo(0, 4)),
         ("solve x(n+1) = mod(x(n)^2+1,100003), x(0) = 2 find n with x(n) = 1\n", Never::ComesAgain),
         ("solve x(n+1) = 1/(x(n)-1), x(0) = 2 find n with x(n) = 7\n", Never::Ends),
         (
