@@ -24,6 +24,7 @@ fn when_a_limited_gain_comes_near_its_goal_is_told_in_each_case() {
     }
     assert!(!told.contains("not known"), "{told}");
     these_are_what_a_run_shows();
+    these_are_what_numbers_give();
 }
 
 /// The index that these cases tell, as a program would compute it from the four lines above.
@@ -55,6 +56,22 @@ fn these_are_what_a_run_shows() {
         }
         assert_eq!(index(v, g, e), n, "v = {v}, g = {g}, e = {e}");
     }
+}
+
+/// The same index as is found where all are numbers.
+fn these_are_what_numbers_give() {
+    let choices: Vec<[i64; 3]> =
+        (0..12).map(|place| [1 + place * 5 % 9, 3 + place * 13 % 47, 1 + place * 7 % 19]).collect();
+    let asked: Vec<String> = choices
+        .iter()
+        .map(|[v, g, e]| format!("solve x(n+1) = x(n)+min({v},({g}-x(n))/2), x(0) = 0 find n with {g}-x(n) <= {e}/3\n"))
+        .collect();
+    let told = told(&asked.concat());
+    let found: Vec<f64> =
+        told.lines().filter_map(|line| line.trim().strip_prefix("n = ")?.split(' ').next()?.parse().ok()).collect();
+    let wanted: Vec<f64> =
+        choices.iter().map(|one| one.map(|number| number as f64)).map(|[v, g, e]| index(v, g, e / 3.0)).collect();
+    assert_eq!(found, wanted, "{told}");
 }
 
 #[test]

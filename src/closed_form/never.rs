@@ -56,8 +56,11 @@ pub fn never(
 ) -> Result<Never, Unchecked> {
     let known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
     if let Some((later, (relation, left, right))) = behind(recurrence, wanted, &known) {
-        let solved = solved.and_then(|solved| solved_behind(&later, solved));
-        return never(&later, solved.as_ref(), (relation, &left, &right), (&known, bounds));
+        let later_forms = solved.and_then(|solved| solved_behind(&later, solved));
+        // Forms in pieces are not moved: these are asked as they are.
+        if later_forms.is_some() || solved.is_none() {
+            return never(&later, later_forms.as_ref(), (relation, &left, &right), (&known, bounds));
+        }
     }
     let divisors = divisors(&[wanted.1, wanted.2], recurrence, &known);
     let check = |known: Assumptions| {
@@ -94,7 +97,7 @@ impl Compared<'_> {
             }
             if count == next && count <= LATEST {
                 next = (count * 2).max(1);
-                let told = solved.and_then(|solved| self.by_forms(solved, terms.index()));
+                let told = solved.and_then(|solved| self.by_forms(solved, terms.index(), with_roots));
                 if let Some(told) = told.or_else(|| self.by_induction(&terms, bounds)) {
                     return Some(told);
                 }
@@ -124,7 +127,7 @@ impl Compared<'_> {
     }
 
     /// By the forms from an index on, in each order of the indices at which these change.
-    fn by_forms(&self, solved: &Solved, from: i64) -> Option<Never> {
+    fn by_forms(&self, solved: &Solved, from: i64, with_roots: bool) -> Option<Never> {
         let never = |known: Assumptions| {
             let compared = self.knowing(known);
             let away = |compared: &Compared<'_>, stretch: &Stretch| compared.away(stretch, from);
@@ -132,7 +135,6 @@ impl Compared<'_> {
         };
         let in_orders = || self.orders(solved)?.into_iter().map(never).collect::<Option<Vec<_>>>();
         // What stands in powers of roots is told by which of them outgrows the others, or by nothing.
-        let with_roots = solved.forms().iter().any(|form| has_powers_of_roots(form, &self.recurrence.index));
         let told = self.never_of_sums(solved, from)
             || !with_roots && (in_orders().is_some() || self.in_turns(solved, from) == Some(true));
         told.then_some(Never::Forms(from))

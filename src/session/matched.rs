@@ -56,9 +56,9 @@ impl Run<'_, '_> {
                     return;
                 }
                 if followed.is_err()
-                    && let Some(need) = open_need(&system.components, environment)
+                    && let Some(why) = may_have_no_value(system, environment)
                 {
-                    found.remains = vec![no_value(&need.to_string())];
+                    found.remains = vec![why];
                     return;
                 }
                 let followed = followed.map_err(|lost| lost.why);
@@ -100,9 +100,9 @@ impl Run<'_, '_> {
         let each = InEach { theory: &theory, period, whole: &whole, wanted, interrupted: &interrupted };
         let proof = each.proof(apart);
         if proof.as_ref().is_ok_and(|(_, lost)| !lost.is_empty())
-            && let Some(need) = open_need(&system.components, environment)
+            && let Some(why) = may_have_no_value(system, environment)
         {
-            found.remains = vec![no_value(&need.to_string())];
+            found.remains = vec![why];
             return;
         }
         match proof {
@@ -129,6 +129,11 @@ impl Found {
             Err(rejected) => self.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)],
         }
     }
+}
+
+/// Why a run is not taken on trust whose values need something of parameters that is not known.
+fn may_have_no_value(system: &System, environment: &Environment) -> Option<String> {
+    open_need(&system.components, environment).map(|need| no_value(&need.to_string()))
 }
 
 /// Why a run is not taken on trust that was tried nowhere.
