@@ -49,7 +49,7 @@ use crate::value::{Relation, Value, ValueError};
 pub use blocked::{Before, Blocked};
 use closed::analysed;
 pub use drift::drifting;
-pub use greatest_cycle::greatest_cycle;
+pub use greatest_cycle::{InTheEnd, greatest_cycle};
 pub(crate) use merge::one_after_another;
 use surroundings::Surroundings;
 pub use surroundings::analyse_each;
@@ -193,7 +193,7 @@ impl fmt::Display for Failure {
                 let found = if self.is_open() { " found" } else { "" };
                 let why = match rational {
                     Some(name) => drift::rational_told(&one.1, &other.1, name),
-                    None => drift::what_would_do(&one.1, &other.1, "exactly if"),
+                    None => drift::what_would_do(&one.1, &other.1, "only if"),
                 };
                 write!(f, "no period{found}: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
             }

@@ -43,6 +43,7 @@ mod linear;
 mod matrix;
 mod maxima;
 mod meeting;
+mod modes;
 mod modular;
 mod modulo;
 mod near;
@@ -102,7 +103,7 @@ use search::{Entry, enter};
 
 use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
-pub use at_rest::at_rest;
+pub use at_rest::{Resting, at_rest};
 pub use either_way::InCase;
 pub(crate) use either_way::{either_way, in_each_case};
 pub use kept::bounds;

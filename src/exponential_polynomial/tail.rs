@@ -274,8 +274,7 @@ fn outside_at_once(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) 
         let mut at = from.max(1);
         while at <= MOST {
             if outgrown(&parts, place, at) {
-                let root = bound_text(&main.size);
-                let why = format!("from there on the part with the root of size {root} outgrows all others");
+                let why = format!("from there on the part {} outgrows all others", main.told());
                 return Tail::Never(at, why);
             }
             at *= 2;
@@ -315,7 +314,6 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
             let why = match parts {
                 [_] => format!("from there on {what} {verb} 0"),
                 _ => {
-                    let root = bound_text(&main.size);
                     let others = parts.iter().enumerate().filter(|(other, _)| *other != place);
                     let alike = others.into_iter().any(|(_, part)| part.size == main.size && part.power == main.power);
                     let how = match alike {
@@ -323,7 +321,7 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
                         true => "is as much as all others together, or more",
                         false => "outgrows all others",
                     };
-                    format!("from there on {what} {verb} 0: its part with the root of size {root} {how}")
+                    format!("from there on {what} {verb} 0: its part {} {how}", main.told())
                 }
             };
             return Ok(Tail::Never(at, why));
@@ -331,6 +329,16 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
         at *= 2;
     }
     Err("its parts are too close to each other")
+}
+
+impl Part {
+    /// Which part it is: of a polynomial by its degree.
+    fn told(&self) -> String {
+        if self.root == Some(true) && self.size.0.is_one() && self.size.1.is_one() {
+            return format!("of degree {}", self.power);
+        }
+        format!("with the root of size {}", bound_text(&self.size))
+    }
 }
 
 fn bound_text(size: &(BigRational, BigRational)) -> String {

@@ -317,8 +317,12 @@ fn in_no_time(drafts: &[Draft], flows: &Flows, supposing: &dyn Fn() -> Environme
     let on_round = drafts.iter().filter(|draft| round.contains_key(&draft.header.name.name));
     let bodies =
         on_round.filter_map(|draft| Some((&draft.header.name.name, (draft.parameters.clone(), draft.body.as_ref()?))));
+    let all = drafts
+        .iter()
+        .filter_map(|draft| Some((&draft.header.name.name, (draft.parameters.as_slice(), draft.body.as_ref()?))));
     let results = flows.values().flat_map(|flow| &flow.binds).collect();
-    let quick = Quick { bodies: bodies.collect(), flows, seen: &seen, results, looks: Cell::default() };
+    let quick =
+        Quick { bodies: bodies.collect(), all: all.collect(), flows, seen: &seen, results, looks: Cell::default() };
     round.keys().filter(|name| !quick.ends(name)).cloned().collect()
 }
 

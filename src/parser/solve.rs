@@ -1,17 +1,25 @@
 //! `solve r(n+1) = 2*r(n) + 3, r(0) = 1 find n with r(n) >= 100`
 
-use super::{Parse, Parser, Role};
+use super::{Parse, Parser, Role, UNEXPECTED};
 use crate::ast::{Find, Ident, Solve};
+use crate::diagnostic::Diagnostic;
 use crate::lexer::Kind;
 use crate::name::Name;
 
 impl Parser<'_> {
     pub(super) fn solve(&mut self) -> Parse<Solve> {
         let mut equations = Vec::new();
+        let mut comma = None;
         loop {
+            let asks = self.at_spelling("find");
             let left = self.value()?;
+            if let (Some(span), true, true) = (comma, asks, self.at(Kind::Lower)) {
+                let wrong = Diagnostic::error(UNEXPECTED, "no comma stands before `find`");
+                return self.fail(wrong.label(span, "unexpected").edit("leave it out", span, ""));
+            }
             self.require(Kind::Equal, "`=` and the next term or the first value")?;
             equations.push((left, self.value()?));
+            comma = Some(self.token().span);
             if !self.accept(Kind::Comma) {
                 break;
             }

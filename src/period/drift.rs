@@ -193,7 +193,7 @@ fn ratio_told(one: &Value, other: &Value, known: &Assumptions) -> String {
     }
 }
 
-/// What would have to hold for two durations to have a common multiple; a period follows from it, or there is one exactly then.
+/// What would have to hold for two durations to have a common multiple; a period may follow from it, or there is one only then.
 pub(super) fn what_would_do(one: &Value, other: &Value, when: &str) -> String {
     match rational_ratio(one, other) {
         Some(true) => return String::new(),
@@ -209,11 +209,9 @@ pub(super) fn what_would_do(one: &Value, other: &Value, when: &str) -> String {
         (_, Some(name)) if !other.mentions(name) => (name, other),
         _ => return text,
     };
-    let third = fixed.mul(&Value::fraction(2, 3).unwrap_or_else(|_| Value::one()));
-    let double = fixed.add(fixed);
-    match (third, double) {
-        (Ok(third), Ok(double)) => format!("{text}, and `param {given} = {third}` would give {double}"),
-        _ => text,
+    match Value::fraction(2, 3).and_then(|ratio| fixed.mul(&ratio)) {
+        Ok(third) => format!("{text}, as with `param {given} = {third}`"),
+        Err(_) => text,
     }
 }
 

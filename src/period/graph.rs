@@ -76,6 +76,8 @@ pub fn remarks(period: &Period, course: Option<&Course>) -> Vec<String> {
 fn of_run(warning: &Failure, course: Option<&Course>) -> Option<Failure> {
     match (warning, course) {
         (Failure::MayWait { .. }, Some(Course::Repeats { .. })) => None,
+        // Nor does it come to where it would go round in no time.
+        (Failure::Livelock { when, .. }, Some(Course::Repeats { .. })) if !when.is_empty() => None,
         (Failure::MayWait { blocked, .. }, Some(Course::Ends(end, _))) => {
             let there = matches!(end, End::Silent { blocked: there, .. } if there.contains(blocked));
             there.then(|| Failure::Unmatched(blocked.clone()))

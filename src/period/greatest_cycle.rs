@@ -4,180 +4,308 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ports::flatten;
-use super::surroundings::parameters;
+use num_integer::Integer;
+use num_rational::Ratio;
+use num_traits::ToPrimitive;
+
+mod loops;
+
+use self::loops::{Loop, Step, loops_of};
+use super::ports::{System, flatten};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::scope::bound_names;
-use crate::term::{Node, Term};
+use crate::term::Term;
 use crate::value::{Relation, Value};
 
-/// The most ports, and cycles that are looked at.
-const MOST_PORTS: usize = 16;
+/// The most meetings in a round, ways into one of them, cycles that are looked at, and steps on the way to them.
+const MOST_MEETINGS: usize = 40;
+const MOST_WAYS: usize = 64;
 const MOST_CYCLES: usize = 200;
-/// Calls that are followed until a loop comes round.
-const MOST_CALLS: usize = 32;
+const MOST_STEPS: usize = 20_000;
 
-/// A step of a component.
-#[derive(Clone)]
-enum Step {
-    Delay(Value),
-    Port(Name, bool),
+/// Where loops wait: for each other on a port, or within one of them for all of its parts that are side by side.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Spot {
+    Port(Name),
+    End(usize),
 }
 
-/// From one communication of a component to its next one: the delays between, and whether a round of the component ends there.
+/// What happens at a spot for the time of this number, counted from the start of the run.
+type Meeting = (Spot, u64);
+
+/// A meeting before another, with the delays between.
 struct Edge {
     from: usize,
     to: usize,
     delay: Value,
-    wraps: bool,
+    /// The rounds of the system between the two.
+    rounds: i64,
 }
 
-/// How long a round takes in the end of components that are loops of delays and communications alone, on ports that one of them
-/// writes and one reads, once a round each; none of others, or where a cycle spans several rounds or none.
-pub fn greatest_cycle(components: &[Term], definitions: &Definitions, known: &Assumptions) -> Option<Value> {
+/// How long it takes in the end until all comes round.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InTheEnd {
+    /// The time until then.
+    pub time: Value,
+    /// The components, each with how often it has gone round by then.
+    pub rounds: Vec<(String, u64)>,
+}
+
+/// How long rounds take in the end of components that are loops of delays and communications alone, on ports that one of them
+/// writes and one reads; none of others, where their rates do not agree, or where a cycle of waits spans no round.
+pub fn greatest_cycle(components: &[Term], definitions: &Definitions, known: &Assumptions) -> Option<InTheEnd> {
     let components = flatten(components, definitions);
-    let fixed = parameters(&components, definitions, known);
-    let loops = components.iter().map(|one| loop_of(one, definitions, &fixed)).collect::<Option<Vec<_>>>()?;
-    let ports = paired(&loops)?;
-    let edges = edges(&loops, &ports)?;
+    let loops = loops_of(&components, definitions, known)?;
+    let (ports, times) = together(&loops)?;
+    let edges = edges(&loops, &ports, &times)?;
     let lasts = |edge: &Edge| {
         known.gives_meaning(&edge.delay) && known.decide(Relation::Gte, &edge.delay, &Value::zero()) == Some(true)
     };
-    if ports.len() > MOST_PORTS || !edges.iter().all(lasts) || !connected(&edges, ports.len()) {
+    if !edges.iter().all(lasts) {
         return None;
     }
-    let mut cycles = Vec::new();
-    for start in 0..ports.len() {
-        cycles_from(start, (start, Value::zero(), 0), &mut vec![start], &edges, &mut cycles)?;
+    let meetings = edges.iter().map(|edge| edge.from.max(edge.to) + 1).max()?;
+    let mut search = Search { edges: &edges, path: Vec::new(), found: BTreeMap::new(), steps: 0 };
+    for start in 0..meetings {
+        search.path = vec![start];
+        search.cycles_from(start, (start, Value::zero(), 0))?;
     }
-    // What goes round within a round never happens, and what takes several has a period of several.
-    let once = cycles.iter().map(|(time, rounds)| (*rounds == 1).then(|| time.clone())).collect::<Option<Vec<_>>>()?;
-    let time = Value::maximum(&once).ok()?;
-    (known.decide(Relation::Gtr, &time, &Value::zero()) == Some(true)).then(|| known.simplify(&time))
+    let rounds =
+        search.found.values().flatten().try_fold(1u64, |all, rounds| Some(all.lcm(&u64::try_from(*rounds).ok()?)))?;
+    let mut each = Vec::new();
+    for (time, rounds_of) in &search.found {
+        for own in rounds_of {
+            each.push(time.mul(&Value::integer(i64::try_from(rounds).ok()? / own)).ok()?);
+        }
+    }
+    let time = Value::maximum(&each).ok()?;
+    let passes = known.decide(Relation::Gtr, &time, &Value::zero()) == Some(true);
+    let names = System::of(&components, definitions).names;
+    let rounds = names.into_iter().zip(times.iter().map(|times| times * rounds)).collect();
+    passes.then(|| InTheEnd { time: known.simplify(&time), rounds })
 }
 
-/// The steps of a round of a component that comes to a loop without communicating before; none where it chooses, or a delay is
-/// not the same in each round.
-fn loop_of(component: &Term, definitions: &Definitions, fixed: &BTreeSet<Name>) -> Option<Vec<Step>> {
-    let (mut steps, mut opened): (Vec<Step>, Vec<(Name, usize)>) = (Vec::new(), Vec::new());
-    let mut body = component.clone();
-    let mut own: BTreeSet<Name> = BTreeSet::new();
-    for _ in 0..MOST_CALLS {
-        own.extend(bound_names(&body));
-        let parts: Vec<Term> = match body.node() {
-            Node::Seq(parts) => parts.iter().cloned().collect(),
-            _ => vec![body.clone()],
-        };
-        let (last, before) = parts.split_last()?;
-        for part in before {
-            steps.push(step(part)?);
+/// How a port is used: the component, how often before its loop, and how often in a round of it.
+#[derive(Clone, Copy)]
+struct Use {
+    component: usize,
+    before: u64,
+    each: u64,
+}
+
+/// The ports, each with the component that reads it and the one that writes it.
+type Ports = BTreeMap<Name, [Use; 2]>;
+
+/// The ports, each written by one component and read by another, with how often each component goes round while the
+/// system does so once: the balance equations.
+fn together(loops: &[Loop]) -> Option<(Ports, Vec<u64>)> {
+    let mut users: BTreeMap<Name, [Option<Use>; 2]> = BTreeMap::new();
+    for (component, own) in loops.iter().enumerate() {
+        for (within, in_round) in [(&own.before, false), (&own.round, true)] {
+            let mut used = Vec::new();
+            uses(within, &mut used)?;
+            for (port, writes) in used {
+                let user = &mut users.entry(port).or_default()[usize::from(writes)];
+                let user = user.get_or_insert(Use { component, before: 0, each: 0 });
+                if user.component != component {
+                    return None;
+                }
+                *(if in_round { &mut user.each } else { &mut user.before }) += 1;
+            }
         }
-        // What is carried from round to round may come to where something has no value.
-        let Node::Call(name, arguments) = last.node() else { return None };
-        if !arguments.is_empty() {
+    }
+    let mut ports = BTreeMap::new();
+    for (port, both) in users {
+        let [Some(reader), Some(writer)] = both else { return None };
+        if reader.component == writer.component || reader.each == 0 || writer.each == 0 {
             return None;
         }
-        if let Some((_, from)) = opened.iter().find(|(other, _)| other == name) {
-            let delays = steps.iter().filter_map(|step| if let Step::Delay(time) = step { Some(time) } else { None });
-            let same = |time: &Value| time.variables().iter().all(|name| fixed.contains(name) && !own.contains(name));
-            let silent = steps[..*from].iter().all(|step| matches!(step, Step::Delay(_)));
-            return (delays.into_iter().all(same) && silent).then(|| steps[*from..].to_vec());
-        }
-        opened.push((name.clone(), steps.len()));
-        let definition = definitions.get(name)?;
-        own.extend(definition.parameters.iter().cloned());
-        body = definition.body.clone();
+        ports.insert(port, [reader, writer]);
     }
-    None
-}
-
-fn step(part: &Term) -> Option<Step> {
-    match part.node() {
-        Node::Delay(time) => Some(Step::Delay(time.clone())),
-        Node::In(port, _) => Some(Step::Port(port.clone(), false)),
-        Node::Out(port, value) => value.needs().is_empty().then(|| Step::Port(port.clone(), true)),
-        Node::Disable(parts) => {
-            let (delays, shown): (Vec<&Term>, Vec<&Term>) =
-                parts.iter().partition(|part| matches!(part.node(), Node::Delay(_)));
-            let [delay] = delays.as_slice() else { return None };
-            shown
-                .iter()
-                .all(|part| matches!(part.node(), Node::Observe(..) | Node::Idle))
-                .then(|| step(delay))
-                .flatten()
-        }
-        _ => None,
-    }
-}
-
-/// The ports, each of which one loop writes and another reads, once a round.
-fn paired(loops: &[Vec<Step>]) -> Option<BTreeMap<Name, usize>> {
-    let mut users: BTreeMap<Name, [usize; 2]> = BTreeMap::new();
-    for step in loops.iter().flatten() {
-        if let Step::Port(port, writes) = step {
-            users.entry(port.clone()).or_default()[usize::from(*writes)] += 1;
-        }
-    }
-    let all = users.values().all(|users| *users == [1, 1]);
-    all.then(|| users.into_keys().enumerate().map(|(number, port)| (port, number)).collect())
-}
-
-/// The ways from communication to communication; none where a component has none.
-fn edges(loops: &[Vec<Step>], ports: &BTreeMap<Name, usize>) -> Option<Vec<Edge>> {
-    let mut all = Vec::new();
-    for steps in loops {
-        let first = steps.iter().position(|step| matches!(step, Step::Port(..)))?;
-        let (mut at, mut delay) = (None, Value::zero());
-        let turned = (0..=steps.len()).map(|place| (first + place, &steps[(first + place) % steps.len()]));
-        let mut wraps = false;
-        for (place, step) in turned {
-            wraps |= place == steps.len();
-            match step {
-                Step::Delay(time) => delay = delay.add(time).ok()?,
-                Step::Port(port, _) => {
-                    let to = *ports.get(port)?;
-                    let passed = std::mem::replace(&mut delay, Value::zero());
-                    if let Some(from) = at.replace(to) {
-                        all.push(Edge { from, to, delay: passed, wraps: std::mem::take(&mut wraps) });
+    let mut rates: Vec<Option<Ratio<u64>>> = vec![None; loops.len()];
+    *rates.first_mut()? = Some(Ratio::from(1));
+    let mut open = vec![0usize];
+    while let Some(component) = open.pop() {
+        let own = rates[component]?;
+        for [reader, writer] in ports.values() {
+            for (one, other) in [(reader, writer), (writer, reader)] {
+                if one.component == component {
+                    let rate = own * Ratio::new(one.each, other.each);
+                    match rates[other.component] {
+                        Some(before) if before != rate => return None,
+                        Some(_) => {}
+                        None => {
+                            rates[other.component] = Some(rate);
+                            open.push(other.component);
+                        }
                     }
                 }
             }
         }
     }
-    Some(all)
+    let rates = rates.into_iter().collect::<Option<Vec<_>>>()?;
+    let whole = rates.iter().fold(1u64, |all, rate| all.lcm(rate.denom()));
+    let times: Vec<u64> = rates.iter().map(|rate| (rate * whole).to_integer()).collect();
+    let common = times.iter().fold(0u64, |all, times| all.gcd(times));
+    Some((ports, times.iter().map(|times| times / common).collect()))
 }
 
-/// Whether every communication is reached from the first.
-fn connected(edges: &[Edge], ports: usize) -> bool {
-    let mut reached = BTreeSet::from([0usize]);
-    while let Some(edge) = edges.iter().find(|edge| reached.contains(&edge.from) && !reached.contains(&edge.to)) {
-        reached.insert(edge.to);
-    }
-    ports > 0 && reached.len() == ports
-}
-
-/// The cycles through a communication and later ones, with their times and rounds; none where these are too many.
-fn cycles_from(
-    start: usize,
-    (at, time, rounds): (usize, Value, usize),
-    path: &mut Vec<usize>,
-    edges: &[Edge],
-    found: &mut Vec<(Value, usize)>,
-) -> Option<()> {
-    for edge in edges.iter().filter(|edge| edge.from == at && edge.to >= start) {
-        let (time, rounds) = (time.add(&edge.delay).ok()?, rounds + usize::from(edge.wraps));
-        if edge.to == start {
-            found.push((time, rounds));
-            if found.len() > MOST_CYCLES {
-                return None;
+/// The ports that these steps use, each time; none where two parts side by side use the same.
+fn uses(steps: &[Step], found: &mut Vec<(Name, bool)>) -> Option<()> {
+    for step in steps {
+        match step {
+            Step::Delay(_) => {}
+            Step::Port(port, writes) => found.push((port.clone(), *writes)),
+            Step::Together(parts) => {
+                let mut taken: BTreeSet<Name> = BTreeSet::new();
+                for part in parts {
+                    let mut own = Vec::new();
+                    uses(part, &mut own)?;
+                    let ports: BTreeSet<Name> = own.iter().map(|(port, _)| port.clone()).collect();
+                    if ports.iter().any(|port| !taken.insert(port.clone())) {
+                        return None;
+                    }
+                    found.extend(own);
+                }
             }
-        } else if !path.contains(&edge.to) {
-            path.push(edge.to);
-            cycles_from(start, (edge.to, time, rounds), path, edges, found)?;
-            path.pop();
         }
     }
     Some(())
+}
+
+/// A component on its way through a round.
+struct Walk {
+    component: usize,
+    /// The meetings that were passed at each spot.
+    passed: BTreeMap<Spot, u64>,
+    /// What each meeting waits for.
+    met: Vec<(Meeting, Meeting, Value)>,
+}
+
+/// The meetings that a component comes from, and the delays since.
+type Since = Vec<(Meeting, Value)>;
+
+impl Walk {
+    fn through(&mut self, steps: &[Step], since: Since) -> Option<Since> {
+        steps.iter().try_fold(since, |since, step| match step {
+            Step::Delay(time) => since.into_iter().map(|(from, delay)| Some((from, delay.add(time).ok()?))).collect(),
+            Step::Port(port, _) => Some(self.met(Spot::Port(port.clone()), since)),
+            Step::Together(parts) => {
+                let mut all: Since = Vec::new();
+                for part in parts {
+                    for way in self.through(part, since.clone())? {
+                        if !all.contains(&way) {
+                            all.push(way);
+                        }
+                    }
+                }
+                let end = Spot::End(self.component);
+                (all.len() <= MOST_WAYS).then(|| self.met(end, all))
+            }
+        })
+    }
+
+    fn met(&mut self, spot: Spot, since: Since) -> Since {
+        let number = self.passed.entry(spot.clone()).or_default();
+        let here: Meeting = (spot, *number);
+        *number += 1;
+        self.met.extend(since.into_iter().map(|(from, delay)| (from, here.clone(), delay)));
+        vec![(here, Value::zero())]
+    }
+}
+
+/// The meetings of a round: for each spot the first of them, and how many.
+struct Meetings {
+    first: BTreeMap<Spot, (usize, u64)>,
+    all: usize,
+}
+
+impl Meetings {
+    fn add(&mut self, spot: Spot, each: u64) -> Option<()> {
+        self.first.insert(spot, (self.all, each));
+        self.all = self.all.checked_add(each.to_usize()?)?;
+        (self.all <= MOST_MEETINGS).then_some(())
+    }
+
+    /// Which of them it is, and in which round.
+    fn place(&self, (spot, number): &Meeting) -> Option<(usize, i64)> {
+        let (start, each) = self.first.get(spot)?;
+        Some((start + (number % each).to_usize()?, i64::try_from(number / each).ok()?))
+    }
+}
+
+/// The ways from meeting to meeting in a round of the system; what a meeting of the first round waits for in the round before
+/// is found by going round twice.
+fn edges(loops: &[Loop], ports: &Ports, times: &[u64]) -> Option<Vec<Edge>> {
+    let mut meetings = Meetings { first: BTreeMap::new(), all: 0 };
+    for (port, [reader, _]) in ports {
+        meetings.add(Spot::Port(port.clone()), reader.each.checked_mul(times[reader.component])?)?;
+    }
+    for (component, own) in loops.iter().enumerate().filter(|(_, own)| ends(&own.round) > 0) {
+        meetings.add(Spot::End(component), ends(&own.round).checked_mul(times[component])?)?;
+    }
+    let mut all = Vec::new();
+    for ((component, own), times) in loops.iter().enumerate().zip(times) {
+        let mut walk = Walk { component, passed: BTreeMap::new(), met: Vec::new() };
+        let mut since = walk.through(&own.before, Vec::new())?;
+        for _ in 0..*times {
+            since = walk.through(&own.round, since)?;
+        }
+        walk.met.clear();
+        for _ in 0..*times {
+            since = walk.through(&own.round, since)?;
+        }
+        if since.is_empty() {
+            return None;
+        }
+        for (from, to, delay) in walk.met {
+            let ((from, round), (to, later)) = (meetings.place(&from)?, meetings.place(&to)?);
+            all.push(Edge { from, to, delay, rounds: later - round });
+        }
+    }
+    Some(all)
+}
+
+/// How often parts that are side by side end in these steps.
+fn ends(steps: &[Step]) -> u64 {
+    let each = |step: &Step| match step {
+        Step::Together(parts) => 1 + parts.iter().map(|part| ends(part)).sum::<u64>(),
+        _ => 0,
+    };
+    steps.iter().map(each).sum()
+}
+
+/// The cycles of a round.
+struct Search<'a> {
+    edges: &'a [Edge],
+    path: Vec<usize>,
+    /// The times of the cycles, with the rounds that they span.
+    found: BTreeMap<Value, BTreeSet<i64>>,
+    steps: usize,
+}
+
+impl Search<'_> {
+    /// The cycles through a meeting and later ones; none where these are too many, or one spans no round: what waits
+    /// for itself never happens.
+    fn cycles_from(&mut self, start: usize, (at, time, rounds): (usize, Value, i64)) -> Option<()> {
+        for edge in self.edges.iter().filter(|edge| edge.from == at && edge.to >= start) {
+            self.steps += 1;
+            let (time, rounds) = (time.add(&edge.delay).ok()?, rounds + edge.rounds);
+            if edge.to == start {
+                if rounds <= 0 {
+                    return None;
+                }
+                self.found.entry(time).or_default().insert(rounds);
+            } else if !self.path.contains(&edge.to) {
+                self.path.push(edge.to);
+                self.cycles_from(start, (edge.to, time, rounds))?;
+                self.path.pop();
+            }
+            if self.steps > MOST_STEPS || self.found.len() > MOST_CYCLES {
+                return None;
+            }
+        }
+        Some(())
+    }
 }

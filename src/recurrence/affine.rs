@@ -46,6 +46,8 @@ pub(super) fn affine_pieces(
         }
     };
     check(map, variable, start, index, &form, known)?;
+    // Where it does not divide by `1-c`, it is right for c = 1 as well: `g+(1-k)^n*(r0-g)` for k = 0.
+    conditions.retain(|_| !known.gives_meaning(&form));
     Ok((vec![piece(0, None, form)], conditions))
 }
 

@@ -1,5 +1,5 @@
-//! `x := min(f(x), b)` and `x := max(f(x), b)` where f is affine: growth that a bound cuts off. If f keeps the order, and
-//! takes b no further back, then what f alone leads to is cut off in the same way: `min(F(n), b)`.
+//! `x := min(f(x), b)`, `x := max(f(x), b)` and `x := clamp(f(x), a, b)` where f is affine: growth that bounds cut off. If f
+//! keeps the order, and takes b no further back, then what f alone leads to is cut off in the same way: `min(F(n), b)`.
 
 use super::affine::affine_pieces;
 use super::interval::Interval;
@@ -8,6 +8,9 @@ use super::{Closed, Comparison, Motion, Piece, Reach, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
+
+/// The most ways to choose from the maxima of a map.
+const MOST_BRANCHES: usize = 30;
 
 /// The lesser or the greater of two values of which one alone reads a variable.
 pub(super) struct Cut {
@@ -43,11 +46,6 @@ impl Cut {
     /// How what is beyond the bound compares with it.
     fn onward(&self) -> Relation {
         if self.least { Relation::Gte } else { Relation::Lte }
-    }
-
-    fn with(&self, free: &Value) -> Option<Value> {
-        let both = [free.clone(), self.bound.clone()];
-        if self.least { Value::minimum(&both).ok() } else { Value::maximum(&both).ok() }
     }
 
     /// That the bound lies on the right side of one that bounds an interval from below, or from above.
@@ -108,33 +106,92 @@ impl Cut {
     }
 }
 
-/// The form of such a map; `None` of any other.
+/// A map that bounds cut off on one side or on both.
+struct Bounded {
+    free: Value,
+    /// The bounds, each with how what is beyond it compares with it.
+    bounds: Vec<(Value, Relation)>,
+}
+
+impl Bounded {
+    fn of(map: &Value, variable: &Name, known: &Assumptions) -> Option<Bounded> {
+        if let Some(cut) = Cut::of(map, variable, known) {
+            let onward = cut.onward();
+            return Some(Bounded { free: cut.free, bounds: vec![(cut.bound, onward)] });
+        }
+        let folded = |atom: &Atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_)) && atom.mentions(variable);
+        let atoms: Vec<Atom> = map.atoms().into_iter().filter(folded).collect();
+        let mut branches = vec![map.clone()];
+        for atom in &atoms {
+            let Atom::Maximum(elements) = atom else { return None };
+            let all = branches.iter().flat_map(|one| {
+                let zero = std::iter::once(Value::zero());
+                zero.chain(elements.iter().cloned()).map(move |element| one.with_atom(atom, &element))
+            });
+            branches = all.collect::<Result<_, _>>().ok()?;
+            if branches.len() > MOST_BRANCHES {
+                return None;
+            }
+        }
+        let (free, fixed): (Vec<Value>, Vec<Value>) = branches.into_iter().partition(|one| one.mentions(variable));
+        free.iter().find_map(|free| {
+            fixed.iter().find_map(|low| {
+                let high = fixed.iter().find(|high| {
+                    let ordered = known.decide(Relation::Lte, low, high) == Some(true);
+                    let same = |cut: Value| known.decide(Relation::Eq, &cut, map) == Some(true);
+                    ordered && between(free, low, high).is_some_and(same)
+                })?;
+                let bounds = vec![(low.clone(), Relation::Lte), (high.clone(), Relation::Gte)];
+                Some(Bounded { free: free.clone(), bounds })
+            })
+        })
+    }
+}
+
+/// `clamp(free, low, high)`
+fn between(free: &Value, low: &Value, high: &Value) -> Option<Value> {
+    let above = Value::maximum(&[free.clone(), low.clone()]).ok()?;
+    Value::minimum(&[above, high.clone()]).ok()
+}
+
+/// The form of such a map; `None` of any other. A bound from which the map leads back is never met from within.
 ///
 /// # Errors
 /// Where it is not known whether the map is one, or what the form of the affine map is.
 pub(super) fn cut_off(motion: &Motion<'_>) -> Result<Option<Closed>, Unknown> {
     let Motion { map, variable, start, index, known } = *motion;
-    let Some(cut) = Cut::of(map, variable, known) else { return Ok(None) };
-    let Some((slope, _)) = cut.free.linear_in(variable) else { return Ok(None) };
-    // It keeps the order, and takes the bound no further back.
-    let (beyond, zero) = (cut.free.with(variable, &cut.bound)?.sub(&cut.bound)?, Value::zero());
-    for (relation, value) in [(Relation::Gte, slope), (cut.onward(), beyond)] {
-        match known.decide(relation, &value, &zero) {
-            Some(true) => {}
-            Some(false) => return Ok(None),
-            None => return Err(Unknown::undecided(relation, &value, &zero)),
+    let Some(Bounded { free, bounds }) = Bounded::of(map, variable, known) else { return Ok(None) };
+    let Some((slope, _)) = free.linear_in(variable) else { return Ok(None) };
+    let (zero, decide) = (Value::zero(), |(relation, left, right): (Relation, &Value, &Value)| {
+        known.decide(relation, left, right).ok_or_else(|| Unknown::undecided(relation, left, right))
+    });
+    // It keeps the order.
+    if !decide((Relation::Gte, &slope, &zero))? {
+        return Ok(None);
+    }
+    let mut kept = Vec::new();
+    for (bound, onward) in bounds {
+        let beyond = free.with(variable, &bound)?.sub(&bound)?;
+        if decide((onward, &beyond, &zero))? {
+            kept.push((bound, onward));
+        } else if !decide((onward.mirrored(), start, &bound))? {
+            return Ok(None);
         }
     }
-    let (pieces, conditions) = affine_pieces(&cut.free, variable, start, index, known)?;
+    let (pieces, conditions) = affine_pieces(&free, variable, start, index, known)?;
     let [only] = pieces.as_slice() else { return Ok(None) };
-    let Some(form) = cut.with(&only.form) else { return Ok(None) };
-    let within = cut.onward().mirrored();
+    let cut = |form: Value, (bound, onward): &(Value, Relation)| match onward {
+        Relation::Gte => Value::minimum(&[form, bound.clone()]),
+        _ => Value::maximum(&[form, bound.clone()]),
+    };
+    let form = kept.iter().try_fold(only.form.clone(), cut)?;
     let piece = |from: i64, until: Option<i64>, form: &Value| Piece {
         from: Value::integer(from),
         until: until.map(Value::integer),
         form: form.clone(),
     };
-    let pieces = if known.decide(within, start, &cut.bound) == Some(true) {
+    let within = |(bound, onward): &(Value, Relation)| known.decide(onward.mirrored(), start, bound) == Some(true);
+    let pieces = if kept.iter().all(within) {
         vec![piece(0, None, &form)]
     } else {
         vec![piece(0, Some(1), start), piece(1, None, &form)]

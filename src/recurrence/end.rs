@@ -26,7 +26,7 @@ impl Entry<'_> {
 }
 
 /// x, where the value is x rounded up: `y - 1` of `ceil(y) - 1`.
-fn not_rounded(value: &Value) -> Option<Value> {
+pub(super) fn not_rounded(value: &Value) -> Option<Value> {
     let opposite = value.neg().ok()?;
     opposite.atoms().iter().find_map(|atom| {
         let Atom::Floor(inner) = atom else { return None };

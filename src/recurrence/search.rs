@@ -14,6 +14,7 @@ pub(crate) use logarithm::NO_VALUE;
 
 use super::affine::{Shape, shape};
 use super::cut_off::Cut;
+use super::end::not_rounded;
 use super::interval::Interval;
 use super::never::for_none;
 use super::outgrown::outgrown;
@@ -150,7 +151,10 @@ impl Entry<'_> {
         let Some(until) = self.until else { return Ok(Reach::At(at, conditions)) };
         let mut known = self.known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-        Ok(match known.decide(Relation::Lss, &at, until) {
+        // A whole number is before `ceil(x)` if it is less than x.
+        let decided =
+            known.decide(Relation::Lss, &at, until).or_else(|| known.decide(Relation::Lss, &at, &not_rounded(until)?));
+        Ok(match decided {
             Some(true) => Reach::At(at, conditions),
             Some(false) => Reach::Never(format!("it is not met before n = {until}")),
             None => Reach::undecided(Relation::Lss, &at, until),

@@ -14,6 +14,7 @@ use super::interleaved::interleaved;
 use super::itinerary::itineraries;
 use super::line::straight;
 use super::linear::System;
+use super::modes::in_modes;
 use super::modulo::modulo;
 use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
@@ -70,7 +71,7 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
     let checked = |(forms, conditions): Found| {
         let own = |form| begins(form, &moved.index, &recurrence);
         let forms = forms.into_iter().map(own).collect::<Result<Vec<_>, _>>()?;
-        Ok::<_, Unknown>(Solved::check(recurrence.clone(), forms, conditions, known)?)
+        Ok::<_, Unknown>(with_fewest(&recurrence, forms, conditions, known)?)
     };
     let reason = match by_methods(&moved, known, stop, &checked) {
         Ok(solved) => return Ok(solved),
@@ -87,6 +88,26 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
         .or_else(|| counted(&moved, (known, stop), &checked))
         .map_or_else(|| by_difference(&moved, reason, (known, stop), &checked), Ok)
         .map_err(|reason| at_own_index(reason, &recurrence, &moved.index))
+}
+
+/// Forms that can be checked, without those conditions that they do not need: what they were found by may have divided by
+/// something that they do not.
+fn with_fewest(
+    recurrence: &Recurrence,
+    forms: Vec<Form>,
+    conditions: Vec<Comparison>,
+    known: &Assumptions,
+) -> Result<Solved, Unchecked> {
+    let mut solved = Solved::check(recurrence.clone(), forms.clone(), conditions.clone(), known)?;
+    for condition in conditions.iter().filter(|(relation, ..)| *relation == Relation::Neq) {
+        let others = solved.conditions().iter().filter(|other| *other != condition).cloned().collect();
+        if let Ok(fewer) = Solved::check(recurrence.clone(), forms.clone(), others, known)
+            && !fewer.conditions().contains(condition)
+        {
+            solved = fewer;
+        }
+    }
+    Ok(solved)
 }
 
 /// The first forms that can be checked, of a recurrence that begins at 0.
@@ -136,12 +157,30 @@ fn by_methods(
         Err(more) if general => more,
         Err(_) => reason,
     };
+    let reason = match in_modes(moved, known, stop) {
+        Ok(all) => match all.into_iter().find_map(|found| checked(found).ok()) {
+            Some(solved) => return Ok(solved),
+            None => reason,
+        },
+        Err(more) if more.open.is_some() => more,
+        Err(_) => reason,
+    };
     let reason = match straight(moved, known).map(|found| found.map(checked)) {
         Ok(Some(Ok(solved))) => return Ok(solved),
         // That may be asked in either case.
         Err(more) if more.open.is_some() => more,
         _ => reason,
     };
+    coming_round(moved, (known, stop), (turning, reason), checked)
+}
+
+/// The forms of what comes round: its terms, the regions that it goes through, or a rotation, if that is known; else the reason.
+fn coming_round(
+    moved: &Recurrence,
+    (known, stop): (&Assumptions, &dyn Fn() -> bool),
+    (turning, reason): (Result<Option<Vec<Found>>, Unknown>, Unknown),
+    checked: &dyn Fn(Found) -> Result<Solved, Unknown>,
+) -> Result<Solved, Unknown> {
     let repeating = repeating(moved).unwrap_or_default();
     if let Some(solved) = repeating.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()) {
         return Ok(solved);

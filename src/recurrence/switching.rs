@@ -24,10 +24,21 @@ const MOST_SIZE: usize = 130;
 const MOST_LISTED: i64 = 100;
 
 /// Where a piece begins, and the first terms from there.
-struct Place {
-    from: Value,
-    starts: Vec<Vec<Value>>,
+pub(super) struct Place {
+    pub(super) from: Value,
+    pub(super) starts: Vec<Vec<Value>>,
 }
+
+/// What holds from a place on.
+pub(super) enum Leg {
+    /// These equations, counted from there, as long as all guards hold.
+    While(Recurrence, Vec<Guard>),
+    /// One step, to these terms.
+    Step(Vec<Vec<Value>>),
+}
+
+/// What holds from a place on, given what is known.
+type Local<'l> = &'l dyn Fn(&Switching<'_>, &Place) -> Result<Leg, Unknown>;
 
 /// Forms of a recurrence that begins at 0, the shortest first; none where nothing compares terms.
 ///
@@ -41,26 +52,7 @@ pub(super) fn switching(
     if !compares(recurrence) {
         return Ok(Vec::new());
     }
-    let starts = recurrence.sequences.iter().map(|sequence| sequence.start.clone()).collect();
-    let mut switching = Switching {
-        recurrence,
-        stop,
-        known: known.clone(),
-        conditions: Vec::new(),
-        pieces: vec![Vec::new(); recurrence.sequences.len()],
-    };
-    let mut place = Place { from: Value::zero(), starts };
-    for _ in 0..MOST_PIECES {
-        let (solved, guards) = switching.local(&place)?;
-        let Some((length, failed)) = switching.length(&solved, &guards, &place.from)? else {
-            return switching.found(&solved, &place);
-        };
-        place = switching.go_on(&solved, &place, &length, &failed)?;
-        if place.starts.iter().flatten().chain([&place.from]).any(|value| value.size() > MOST_SIZE) {
-            return Err(Unknown::because("where its maxima and conditions change becomes too long an expression"));
-        }
-    }
-    Err(Unknown::because(format!("its maxima and conditions change more than {MOST_PIECES} times")))
+    Switching::new(recurrence, known, stop).legs(MOST_PIECES, &|switching, place| switching.local(place))
 }
 
 /// Whether a maximum or condition reads a term, or the index.
@@ -71,18 +63,45 @@ pub(super) fn compares(recurrence: &Recurrence) -> bool {
     recurrence.sequences.iter().any(|sequence| sequence.next.atoms().iter().any(compares))
 }
 
-struct Switching<'a> {
-    recurrence: &'a Recurrence,
+pub(super) struct Switching<'a> {
+    pub(super) recurrence: &'a Recurrence,
     stop: &'a dyn Fn() -> bool,
-    known: Assumptions,
+    pub(super) known: Assumptions,
     conditions: Vec<Comparison>,
     /// What was found of each sequence.
     pieces: Vec<Vec<Piece>>,
 }
 
-impl Switching<'_> {
-    /// The forms from a place on, counted from there, and the guards under which they hold.
-    fn local(&mut self, place: &Place) -> Result<(Solved, Vec<Guard>), Unknown> {
+impl<'a> Switching<'a> {
+    pub(super) fn new(recurrence: &'a Recurrence, known: &Assumptions, stop: &'a dyn Fn() -> bool) -> Switching<'a> {
+        let pieces = vec![Vec::new(); recurrence.sequences.len()];
+        Switching { recurrence, stop, known: known.clone(), conditions: Vec::new(), pieces }
+    }
+
+    /// The forms, leg by leg, so many at most.
+    pub(super) fn legs(mut self, most: usize, local: Local<'_>) -> Result<Vec<Found>, Unknown> {
+        let starts = self.recurrence.sequences.iter().map(|sequence| sequence.start.clone()).collect();
+        let mut place = Place { from: Value::zero(), starts };
+        for _ in 0..most {
+            place = match local(&self, &place)? {
+                Leg::Step(next) => self.step(&place, next)?,
+                Leg::While(local, guards) => {
+                    let solved = self.solved(local, &place)?;
+                    let Some((length, failed)) = self.length(&solved, &guards, &place.from)? else {
+                        return self.found(&solved, &place);
+                    };
+                    self.go_on(&solved, &place, &length, &failed)?
+                }
+            };
+            if place.starts.iter().flatten().chain([&place.from]).any(|value| value.size() > MOST_SIZE) {
+                return Err(Unknown::because("where its maxima and conditions change becomes too long an expression"));
+            }
+        }
+        Err(Unknown::because(format!("its maxima and conditions change more than {most} times")))
+    }
+
+    /// The equations from a place on, and the guards under which they hold.
+    fn local(&self, place: &Place) -> Result<Leg, Unknown> {
         let recurrence = self.recurrence;
         let index = &recurrence.index;
         let terms = recurrence.terms();
@@ -106,12 +125,27 @@ impl Switching<'_> {
         for guard in &mut guards {
             guard.value = guard.value.with(index, &shifted)?;
         }
+        Ok(Leg::While(local, guards))
+    }
+
+    /// The forms from a place on, counted from there.
+    fn solved(&mut self, local: Recurrence, place: &Place) -> Result<Solved, Unknown> {
         let solved = solve_until(local, &self.known, self.stop).map_err(|unknown| self.counted_from(place, unknown))?;
         for (relation, left, right) in solved.conditions() {
             self.known.assume(*relation, left, right);
             self.conditions.push((*relation, left.clone(), right.clone()));
         }
-        Ok((solved, guards))
+        Ok(solved)
+    }
+
+    /// Keeps one term of each sequence; the place after it.
+    fn step(&mut self, place: &Place, next: Vec<Vec<Value>>) -> Result<Place, Unknown> {
+        let until = self.known.simplify(&place.from.add(&Value::one())?);
+        for (pieces, start) in self.pieces.iter_mut().zip(&place.starts) {
+            let first = start.first().cloned().unwrap_or_else(Value::zero);
+            pieces.push(Piece { from: place.from.clone(), until: Some(until.clone()), form: first });
+        }
+        Ok(Place { from: until, starts: next })
     }
 
     /// A reason that names an index, where it is counted from the place.

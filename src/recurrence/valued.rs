@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use num_traits::ToPrimitive;
+use num_traits::{Signed, ToPrimitive};
 
 use super::exact::{of_difference, of_pieces, read, straightened};
 use super::reach::{self, Wanted};
@@ -10,8 +10,10 @@ use super::{Formula, Reach, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Piece, Recurrence, Solved};
 use crate::name::Name;
-use crate::value::{Atom, Need, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value, View};
 
+/// The sizes in a formula of which both signs are looked at, at most.
+const MOST_SIGNS: usize = 2;
 /// The terms that are computed for it, at most.
 const MOST_TERMS: u64 = 1_000;
 
@@ -28,7 +30,7 @@ pub fn reach(
     match reach::reach(recurrence, solved, wanted, known, stop) {
         Reach::At(at, conditions) => valued(at, conditions, (recurrence, solved), wanted, known),
         Reach::Unknown(why) => Reach::Unknown(Unknown {
-            formula: why.formula.filter(|formula| is_asked(formula, solved, wanted, known)),
+            formula: why.formula.filter(|formula| is_asked(formula, solved, wanted, known, MOST_SIGNS)),
             ..why
         }),
         found => found,
@@ -36,22 +38,38 @@ pub fn reach(
 }
 
 /// Whether the formula of an index tells of what was asked itself: at every index the one holds where the other does. Of a part of
-/// that, or of later terms alone, the first index may be another.
-fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> bool {
+/// that, or of later terms alone, the first index may be another. A size in it may be that of either sign.
+fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions, most: usize) -> bool {
     let zero = Value::zero();
+    if let Some(sign) = open_sign(&formula.power, known).filter(|_| most > 0) {
+        return [Relation::Gtr, Relation::Lss, Relation::Eq].into_iter().all(|relation| {
+            let mut known = known.clone();
+            known.assume(relation, &sign, &zero);
+            let simple = |value: &Value| known.simplify(value);
+            let (power, bound) = (simple(&formula.power), simple(&formula.bound));
+            let here = Formula { power, bound, ..formula.clone() };
+            known.contradictory() || is_asked(&here, solved, wanted, &known, most - 1)
+        });
+    }
     let same = || {
         let solved = solved?;
         let (relation, left, right) = wanted;
         let difference = left.sub(right).ok()?;
         let recurrence = solved.recurrence();
         let pieces = of_difference(solved, &difference, &read(recurrence, &difference), known)?;
-        let [earlier @ .., Piece { from, until: None, form }] = pieces.as_slice() else { return None };
+        let [earlier @ .., last @ Piece { from, until: None, .. }] = pieces.as_slice() else { return None };
         let mut natural = with_powers(formula, &recurrence.index, known)?;
         natural.assume(Relation::Gte, &Value::variable(&recurrence.index), from);
+        let form = straightened(last.clone(), &recurrence.index, known).form;
+        let form = with_sizes(&form, &recurrence.index, known).unwrap_or(form);
         let where_it = |holds: Relation| {
             let mut there = natural.clone();
             there.assume(holds, &formula.power, &formula.bound);
-            there.decide(relation, &there.simplify(form), &zero)
+            // What is 0 times a power is one value: where it meets the bound it does so at once.
+            if formula.power.is_zero() && there.contradictory() {
+                return Some(holds == formula.relation);
+            }
+            there.decide(relation, &there.simplify(&form), &zero)
         };
         let both = (where_it(formula.relation), where_it(formula.relation.negated()));
         let begins = pieces.first().is_some_and(|piece| piece.from.is_zero());
@@ -66,12 +84,54 @@ fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, know
     same() == Some(true)
 }
 
+/// A value where the size of a power is the power of a size: `(1-k)^n` for `abs((k-1)^n)`.
+fn with_sizes(value: &Value, index: &Name, known: &Assumptions) -> Option<Value> {
+    let mut all = value.clone();
+    for atom in value.atoms() {
+        let Atom::Maximum(elements) = &atom else { continue };
+        let [inner] = &**elements else { continue };
+        let View::Real(above, below) = inner.view() else { continue };
+        let ([(number, factors)], [(divisor, ones)]) = (above.as_slice(), below.as_slice()) else { continue };
+        if !ones.is_empty() || !inner.mentions(index) {
+            continue;
+        }
+        let mut size = Value::rational((number / divisor).abs());
+        for (factor, power) in factors {
+            let own = match factor {
+                Atom::Power(base, exponent) => known.simplify(&base.abs().ok()?).power(exponent).ok()?,
+                other => known.simplify(&other.value().ok()?.abs().ok()?),
+            };
+            size = size.mul(&own.power(&Value::integer(i64::from(*power))).ok()?).ok()?;
+        }
+        // Half of the size and what it is the size of.
+        all = all.with_atom(&atom, &size.add(inner).ok()?.mul(&Value::fraction(1, 2).ok()?).ok()?).ok()?;
+    }
+    Some(all)
+}
+
+/// What a size in a value is the size of, where it is not known which sign that has.
+fn open_sign(value: &Value, known: &Assumptions) -> Option<Value> {
+    let zero = Value::zero();
+    value.atoms().into_iter().find_map(|atom| {
+        let Atom::Maximum(elements) = &atom else {
+            let Atom::Power(base, _) = &atom else { return None };
+            return open_sign(base, known);
+        };
+        let sign = elements.iter().find(|element| !element.is_zero())?;
+        let told = [Relation::Gtr, Relation::Lss, Relation::Eq].into_iter();
+        let open = told.map(|relation| known.decide(relation, sign, &zero)).all(|told| told != Some(true));
+        open.then(|| sign.clone())
+    })
+}
+
 /// What is known of an index and of the powers in a formula: those of what is more than 0 are too, and go one way.
 fn with_powers(formula: &Formula, index: &Name, known: &Assumptions) -> Option<Assumptions> {
     let (zero, one) = (Value::zero(), Value::one());
     let mut natural = known.clone();
     natural.assume_natural(index);
-    natural.assume(Relation::Gtr, &formula.power, &zero);
+    if !formula.power.is_zero() {
+        natural.assume(Relation::Gtr, &formula.power, &zero);
+    }
     for atom in formula.power.atoms() {
         let Atom::Power(base, exponent) = &atom else { continue };
         if exponent.as_variable() != Some(index) {

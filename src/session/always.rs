@@ -2,7 +2,7 @@
 
 use num_traits::ToPrimitive;
 
-use super::beside::{BESIDE, relevant};
+use super::beside::{BESIDE, Leaving, READERS, relevant, without_readers};
 use super::claim::Found;
 use super::delays::{MOST_CLAIMED, Order, in_orders};
 use super::instances::{broken_instance, labelled};
@@ -86,15 +86,19 @@ impl Run<'_, '_> {
         };
         let mut outcome = safety::always(&term, asked);
         let open = matches!(outcome.verdict, safety::Verdict::Open);
-        let part = if open && large.is_none() { relevant(system, &claim.shown, environment) } else { None };
-        if let Some(part) = &part {
+        let left_out = || {
+            let alone = |leaving: Leaving, why| Some((leaving(system, &claim.shown, environment)?, why));
+            alone(relevant, BESIDE).or_else(|| alone(without_readers, READERS))
+        };
+        let part = if open && large.is_none() { left_out() } else { None };
+        if let Some((part, why)) = &part {
             let term = part.term(&environment.definitions);
             let instances = |tests: &[Test]| labelled(&term, &claim, environment, tests, &interrupted);
             let asked = safety::Asked { components: &part.components, instances: &instances, ..asked };
             let alone = safety::always(&term, asked);
             if matches!(alone.verdict, safety::Verdict::Proved(_)) {
                 outcome = alone;
-                found.trusted.push(BESIDE.to_string());
+                found.trusted.push(why.to_string());
             }
         }
         if matches!(outcome.verdict, safety::Verdict::Open) {
@@ -108,7 +112,7 @@ impl Run<'_, '_> {
             found.trusted.push(BESIDE.to_string());
         }
         // Of a part, no more is said than is proved.
-        let part = part.or(large);
+        let part = part.map(|(part, _)| part).or(large);
         let system = part.as_ref().filter(|_| !found.trusted.is_empty()).unwrap_or(system);
         let refuted = matches!(outcome.verdict, safety::Verdict::Refuted(_));
         if let Some(period) = outcome.period.as_ref().filter(|_| !refuted) {

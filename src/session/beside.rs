@@ -10,7 +10,7 @@ use crate::definition::Definitions;
 use crate::distribution::Distribution;
 use crate::lower::{Environment, Pattern, System};
 use crate::name::Name;
-use crate::period::{self, Edge, End, Next, Period, Phase, Segment, Test, ports};
+use crate::period::{self, Edge, End, Next, Period, Phase, Test, ports};
 use crate::sample::reached;
 use crate::scope::subterms;
 use crate::term::{Node, Term};
@@ -19,13 +19,71 @@ use crate::value::{Need, Relation, Value};
 /// What is taken on trust where a part of a system stands for it.
 pub(crate) const BESIDE: &str = "that components without a common port do not matter to each other";
 
+/// What is taken on trust where what reads alone is left out as well.
+pub(super) const READERS: &str = "that what only reads what is written again and again does not matter to others";
+
+/// What leaves some components of a system out.
+pub(super) type Leaving = fn(&System, &[Term], &Environment) -> Option<System>;
+
 /// The components that may show these, with all that they are connected with; none where these are all components, or
 /// time might stop in the others.
 pub(super) fn relevant(system: &System, shown: &[Term], environment: &Environment) -> Option<System> {
+    let components = ports::flatten(&system.components, &environment.definitions);
+    let groups = ports::System::of(&components, &environment.definitions).groups();
+    let own = showing(&components, groups, shown, environment)?;
+    Some(System { name: system.name.clone(), components: own })
+}
+
+/// The same without those that only read, from ports on which a process writes the same again and again to whoever comes: a
+/// camera beside a robot that reads where it is. None where there are none such.
+pub(super) fn without_readers(system: &System, shown: &[Term], environment: &Environment) -> Option<System> {
+    let definitions = &environment.definitions;
+    let components = ports::flatten(&system.components, definitions);
+    let closed = ports::System::of(&components, definitions);
+    let wanted: BTreeSet<&Name> = shown.iter().flat_map(observers).collect();
+    let reads_alone = |place: usize| {
+        let shows = parts(&components[place], definitions).flat_map(observers).any(|name| wanted.contains(name));
+        let endless = |port: &Name| components.iter().all(|one| writes_endlessly(one, port, definitions));
+        let reads = &closed.reads[place];
+        !shows && closed.writes[place].is_empty() && !reads.is_empty() && reads.iter().all(endless)
+    };
+    let (readers, others): (Vec<usize>, Vec<usize>) = (0..components.len()).partition(|place| reads_alone(*place));
+    let of = |places: &[usize]| -> Vec<Term> { places.iter().map(|place| components[*place].clone()).collect() };
+    if readers.is_empty() || !readers.iter().all(|place| passes(&of(&[*place]), environment)) {
+        return None;
+    }
+    let rest = of(&others);
+    let groups = ports::System::of(&rest, definitions).groups();
+    let own = showing(&rest, groups, shown, environment).unwrap_or(rest);
+    Some(System { name: system.name.clone(), components: own })
+}
+
+/// Whether all that a component writes on a port stands in a process that writes it and is then the same again.
+fn writes_endlessly(component: &Term, port: &Name, definitions: &Definitions) -> bool {
+    let writes = |term: &Term| matches!(term.node(), Node::Out(own, _) if own == port);
+    let endless = |name: &Name| {
+        let Some(definition) = definitions.get(name) else { return false };
+        let Node::Seq(steps) = definition.body.node() else { return false };
+        let steps: Vec<&Term> = steps.iter().collect();
+        let [out, again] = steps.as_slice() else { return false };
+        let Node::Call(called, arguments) = again.node() else { return false };
+        let same = definition.parameters.iter().eq(arguments.iter().filter_map(Value::as_variable));
+        writes(out) && called == name && same && arguments.len() == definition.parameters.len()
+    };
+    let bodies = reached(component, definitions);
+    let mut elsewhere = bodies.iter().filter(|name| !endless(name)).filter_map(|name| definitions.get(name));
+    !subterms(component).any(writes) && !elsewhere.any(|definition| subterms(&definition.body).any(writes))
+}
+
+/// Of groups of components those that may show these; none where all do or none does, or time might stop in the others.
+fn showing(
+    components: &[Term],
+    groups: Vec<Vec<usize>>,
+    shown: &[Term],
+    environment: &Environment,
+) -> Option<Vec<Term>> {
     let definitions = &environment.definitions;
     let wanted: BTreeSet<&Name> = shown.iter().flat_map(observers).collect();
-    let components = ports::flatten(&system.components, definitions);
-    let groups = ports::System::of(&components, definitions).groups();
     let shows = |component: &usize| {
         parts(&components[*component], definitions).flat_map(observers).any(|name| wanted.contains(name))
     };
@@ -37,12 +95,13 @@ pub(super) fn relevant(system: &System, shown: &[Term], environment: &Environmen
     if own.is_empty() || others.is_empty() {
         return None;
     }
-    let passes = |group: &Vec<usize>| {
-        let components = of(std::slice::from_ref(group));
-        let anyhow = means_something(&components, environment) && time_passes(&components, environment);
-        anyhow || goes_round_for_ever(&components, environment)
-    };
-    others.iter().all(passes).then(|| System { name: system.name.clone(), components: of(&own) })
+    others.iter().all(|group| passes(&of(std::slice::from_ref(group)), environment)).then(|| of(&own))
+}
+
+/// Whether time passes in these components, and all their values have a meaning.
+fn passes(components: &[Term], environment: &Environment) -> bool {
+    let anyhow = means_something(components, environment) && time_passes(components, environment);
+    anyhow || goes_round_for_ever(components, environment)
 }
 
 /// What is asked for as what each of several parts shows, which are components without a common port; none where it is
@@ -229,33 +288,44 @@ pub(super) fn time_passes(components: &[Term], environment: &Environment) -> boo
 pub(super) fn time_passes_in(components: &[Term], found: Option<&Period>, environment: &Environment) -> bool {
     let stops = |next: &Next| matches!(next, Next::End(End::Livelock { .. }));
     let lasts = |edge: &Edge| {
-        let long = |segment: &Segment| segment.duration.as_rational().is_some_and(|time| time.is_positive());
-        edge.segments.iter().any(long)
+        let fixed = |time: &Value| time.variables().iter().all(|name| environment.quantity(name).is_some());
+        edge.segments.iter().any(|segment| fixed(&segment.duration) && is_positive(&segment.duration, environment))
     };
-    // Of finitely many phases each takes a time that is a number, so that these add up beyond all bounds.
+    // Of finitely many phases each takes a time that is one number, so that these add up beyond all bounds.
     let known = found.is_some_and(|period| {
         let mut rounds = period.phases.iter().flat_map(|phase| &phase.edges);
         let passes = rounds.all(|edge| !stops(&edge.next) && (lasts(edge) || matches!(edge.next, Next::End(_))));
         passes && !period.initial.iter().any(|edge| stops(&edge.next))
     });
-    known || components.iter().all(|component| loops_wait(component, &environment.definitions))
+    known || components.iter().all(|component| loops_wait(component, environment))
+}
+
+/// Whether a time is known to be more than 0.
+fn is_positive(time: &Value, environment: &Environment) -> bool {
+    environment.assumptions.decide(Relation::Gtr, time, &Value::zero()) == Some(true)
 }
 
 /// Whether each definition that is called on the way, if it may come back, waits for more than no time in each round.
-fn loops_wait(component: &Term, definitions: &Definitions) -> bool {
+fn loops_wait(component: &Term, environment: &Environment) -> bool {
+    let definitions = &environment.definitions;
+    let terms: Vec<&Term> = parts(component, definitions).collect();
+    let Some((bound, drawn)) = names(&terms, definitions) else { return false };
+    // What is the same in each round.
+    let fixed = |time: &Value| !time.variables().iter().any(|name| bound.contains(name) || drawn.contains(name));
+    let lasts = |time: &Value| fixed(time) && is_positive(time, environment);
     // How often these go round is not looked at here.
     let goes_round = |part: &Term| matches!(part.node(), Node::Loop(_) | Node::Power(..));
     let waiting = |name: &Name| {
-        definitions
-            .get(name)
-            .is_some_and(|definition| !reached(&definition.body, definitions).contains(name) || waits(&definition.body))
+        definitions.get(name).is_some_and(|definition| {
+            !reached(&definition.body, definitions).contains(name) || waits(&definition.body, &lasts)
+        })
     };
     !parts(component, definitions).any(goes_round) && reached(component, definitions).iter().all(waiting)
 }
 
-/// Whether a sequence surely takes time before its last part: it waits for a number, or for one that is drawn and is surely
-/// more than 0.
-fn waits(body: &Term) -> bool {
+/// Whether a sequence surely takes time before its last part: it waits for what `lasts` the same time in each round, or for
+/// one that is drawn and is surely more than 0.
+fn waits(body: &Term, lasts: &dyn Fn(&Value) -> bool) -> bool {
     let Node::Seq(parts) = body.node() else { return false };
     let Some((_, before)) = parts.split_last() else { return false };
     // A draw counts for the delay right behind it, so that nothing else can have its name.
@@ -271,7 +341,7 @@ fn waits(body: &Term) -> bool {
         _ => false,
     };
     let number = |part: &Term| match part.node() {
-        Node::Delay(time) => time.as_rational().is_some_and(|time| time.is_positive()),
+        Node::Delay(time) => lasts(time),
         _ => false,
     };
     let behind = |draw: &Term, part: &Term| match part.node() {
@@ -279,9 +349,9 @@ fn waits(body: &Term) -> bool {
         _ => false,
     };
     let shown = |branch: &Term| matches!(branch.node(), Node::Observe(..) | Node::Idle);
-    let branches = |part: &Term, lasts: &dyn Fn(&Term) -> bool| match part.node() {
-        Node::Disable(all) => all.iter().any(lasts) && all.iter().all(|branch| lasts(branch) || shown(branch)),
-        _ => lasts(part),
+    let branches = |part: &Term, long: &dyn Fn(&Term) -> bool| match part.node() {
+        Node::Disable(all) => all.iter().any(long) && all.iter().all(|branch| long(branch) || shown(branch)),
+        _ => long(part),
     };
     before.iter().any(|part| branches(part, &number))
         || before.windows(2).any(|pair| matches!(pair, [draw, part] if branches(part, &|part| behind(draw, part))))

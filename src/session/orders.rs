@@ -200,7 +200,8 @@ fn as_simple(found: Reach, known: &Assumptions) -> Reach {
     // That something is whole is read as it is written.
     let ordered = |relation: Relation| !matches!(relation, Relation::Eq | Relation::Neq);
     let simple = |one: &Comparison| if ordered(one.0) { simpler(one, known) } else { one.clone() };
-    let conditions: Vec<Comparison> = conditions.iter().map(simple).collect();
+    let open = |(relation, left, right): &Comparison| known.decide(*relation, left, right) != Some(true);
+    let conditions: Vec<Comparison> = conditions.iter().map(simple).filter(open).collect();
     let mut there = known.clone();
     conditions.iter().for_each(|(relation, left, right)| there.assume(*relation, left, right));
     let simple = there.simplify(&at);

@@ -13,7 +13,7 @@ use crate::flow::flows;
 use crate::lower::{Environment, Expectation, System};
 use crate::name::Name;
 use crate::period::course::Course;
-use crate::period::{self, Failure, Period, graph, in_case};
+use crate::period::{self, Failure, InTheEnd, Period, graph, in_case};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
@@ -45,7 +45,7 @@ impl Told {
 }
 
 /// How long a round of a system takes in the end, of loops that only wait for each other.
-fn in_the_end(system: &System, environment: &Environment) -> Option<Value> {
+fn in_the_end(system: &System, environment: &Environment) -> Option<InTheEnd> {
     period::greatest_cycle(&system.components, &environment.definitions, &environment.assumptions)
 }
 
@@ -61,14 +61,16 @@ impl Run<'_, '_> {
         let whole = told.lasting.iter().filter(|_| told.in_orders);
         told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
         let in_the_end = if told.open() { in_the_end(found, environment) } else { None };
-        if let Some(time) = &in_the_end {
+        if let Some(InTheEnd { time, rounds }) = &in_the_end {
             told.answer = "yes";
             told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
+            let rounds: Vec<String> = rounds.iter().map(|(name, times)| format!("{name} {times}")).collect();
+            told.lines.push(format!("  rounds: {}", rounds.join(", ")));
             told.lines.push(format!("on trust: {GREATEST_CYCLE}"));
         }
         let of_the_end = |expectation: &Expectation| {
-            let time = in_the_end.as_ref().filter(|_| is_of_time(expectation));
-            time.is_some_and(|time| has_time(expectation, time, &environment.assumptions))
+            let found = in_the_end.as_ref().filter(|_| is_of_time(expectation));
+            found.is_some_and(|found| has_time(expectation, &found.time, &environment.assumptions))
         };
         let met = |expectation: &Expectation, own: bool| match expectation {
             Expectation::Answer(word) => word.as_str() == told.answer,

@@ -1,6 +1,6 @@
 //! `Sys satisfies Goal`, `period Sys`, `flow Sys`.
 
-use super::beside::{BESIDE, relevant};
+use super::beside::{BESIDE, Leaving, READERS, relevant, without_readers};
 use super::claim::Found;
 use super::contradiction::contradict;
 use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, either_case, in_orders};
@@ -52,11 +52,14 @@ impl Run<'_, '_> {
         let (whole, mut system, mut part) = (system, part.as_ref().unwrap_or(system).clone(), part);
         let mut outcome = verified(&system);
         // Where there is no period, of what shows it alone there may be one.
-        if part.is_none()
-            && outcome.period.is_none()
-            && let Some(own) = relevant(whole, std::slice::from_ref(body), environment)
-        {
-            (outcome, system, part) = (verified(&own), own.clone(), Some(own));
+        let mut beside = BESIDE;
+        if part.is_none() && outcome.period.is_none() {
+            let shown = std::slice::from_ref(body);
+            let parts = [(relevant as Leaving, BESIDE), (without_readers, READERS)];
+            let left = parts.into_iter().find_map(|(leaving, why)| Some((leaving(whole, shown, environment)?, why)));
+            if let Some((own, why)) = left {
+                (outcome, system, part, beside) = (verified(&own), own.clone(), Some(own), why);
+            }
         }
         let system = &system;
         if matches!(outcome.verdict, verify::Verdict::Open { .. }) {
@@ -74,7 +77,7 @@ impl Run<'_, '_> {
         found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         match &outcome.verdict {
             verify::Verdict::Proved => {
-                found.trusted.extend(part.iter().map(|_| BESIDE.to_string()));
+                found.trusted.extend(part.iter().map(|_| beside.to_string()));
                 self.matched(system, &outcome, environment, &mut found);
             }
             verify::Verdict::Refuted { reason, .. } => found.remains = vec![said(reason)],

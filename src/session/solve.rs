@@ -22,12 +22,14 @@ use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, i
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, InCase, Part, Reach, Special, Stationary, Term, Unknown, at_rest, behaviour, near, parts, reach,
-    read_by, solve_in_cases, solve_until, special_cases,
+    Behaviour, InCase, Part, Reach, Resting, Special, Stationary, Term, Unknown, at_rest, behaviour, near, parts,
+    reach, read_by, solve_in_cases, solve_until, special_cases,
 };
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
+/// The terms that are looked at for one that has no value.
+const MOST_TO_REST: usize = 100;
 /// The most conditions of parameters of which each case is looked at by itself.
 const MOST_CHOICES: usize = 3;
 /// The longest reason that is told whole, in characters.
@@ -95,19 +97,21 @@ fn resting(question: &Question, given: Given<'_>, stop: &dyn Fn() -> bool) -> (V
     let (_, known) = given;
     let solved = solve_until(question.recurrence.clone(), known, stop);
     let resting = if solved.is_err() { at_rest(&question.recurrence) } else { None };
-    let Some((recurrence, staying)) = resting else { return answered(question, solved, None, given, stop) };
+    let Some((recurrence, resting)) = resting else { return answered(question, solved, None, given, stop) };
     let at_rest = solve_until(recurrence.clone(), known, stop);
     let orders = at_rest.as_ref().err().map(|reason| solve_in_cases(&recurrence, reason, known, stop));
-    if orders.as_ref().is_some_and(Vec::is_empty) {
+    if orders.as_ref().is_some_and(Vec::is_empty) && !comes_to_rest(&question.recurrence) {
         return answered(question, solved, None, given, stop);
     }
     let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, orders, given, stop);
-    for (distance, staying) in staying.iter().rev() {
-        let names: Vec<&str> = staying.iter().map(Name::as_str).collect();
-        let (verb, names) = (if names.len() == 1 { "is" } else { "are" }, names.join(", "));
-        lines.insert(0, format!("where {distance} = 0 the equation has no value: there {names} {verb} taken to stay"));
-    }
+    lines.splice(0..0, resting.iter().map(Resting::told));
     (lines, expected)
+}
+
+/// Whether a recurrence of numbers has no value soon.
+fn comes_to_rest(recurrence: &Recurrence) -> bool {
+    let numbers = recurrence.sequences.iter().flat_map(|one| &one.start).all(|start| start.variables().is_empty());
+    numbers && recurrence.iterate(MOST_TO_REST).is_err()
 }
 
 /// The same, given the forms of the recurrence, or why there are none, and those in each case, where they were asked for.

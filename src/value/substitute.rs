@@ -228,7 +228,15 @@ fn evaluate_over_length(
 fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outcome {
     let mut kept = Vec::new();
     let mut sum: Option<Value> = None;
+    // Numbers are summed by themselves: beside a long sum each would be looked for its place.
+    let mut numbers: Option<BigRational> = None;
     for (monomial, number) in polynomial.terms() {
+        let image = |(atom, _): &(Atom, _)| images.get(atom).and_then(Option::as_ref);
+        let mut found = monomial.factors().iter().filter_map(image);
+        if found.clone().any(Value::is_zero) && found.all(|image| image.sort() == Sort::Real) {
+            numbers.get_or_insert_with(BigRational::zero);
+            continue;
+        }
         let mut stay = Vec::new();
         let mut product: Option<Value> = None;
         for (atom, exponent) in monomial.factors() {
@@ -246,6 +254,12 @@ fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outco
             kept.push((monomial.clone(), number.clone()));
             continue;
         };
+        if stay.is_empty()
+            && let Some(product) = product.as_rational()
+        {
+            *numbers.get_or_insert_with(BigRational::zero) += product * number;
+            continue;
+        }
         let rest = crate::polynomial::Monomial::of(stay).ok_or_else(ValueError::too_large)?;
         let rest = Polynomial::term(rest, number.clone());
         let term = if rest.is_one() { product } else { product.mul(&Value::whole(rest)?)? };
@@ -254,6 +268,10 @@ fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outco
             Some(sum) => sum.add(&term)?,
         });
     }
+    let sum = match (sum, numbers.map(Value::rational)) {
+        (Some(sum), Some(number)) => Some(sum.add(&number)?),
+        (sum, number) => sum.or(number),
+    };
     match (kept.is_empty(), sum) {
         (true, Some(sum)) => Ok(sum),
         (_, None) => Value::whole(Polynomial::sorted(kept)),

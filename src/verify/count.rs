@@ -3,7 +3,7 @@
 use super::trajectory::{Values, Walker};
 use super::undecided::Unsure;
 use crate::assumption::Assumptions;
-use crate::closed_form::cells;
+use crate::closed_form::{cells, cells_or_none};
 use crate::name::Name;
 use crate::period::{Edge, Test};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first, solve_together};
@@ -190,7 +190,12 @@ impl Walker<'_> {
     ) -> Result<Reach, Unsure> {
         let unsure = || Unsure::because(format!("{} compares two things that change", test.negated()));
         let mut pieces = Vec::new();
-        for cell in cells(all, Value::zero(), &self.assumptions).map_err(Unsure::because)? {
+        // Where two pieces may end together, one between their ends may be of no index.
+        let ordered = cells(all, Value::zero(), &self.assumptions);
+        let ordered = ordered.or_else(|reason| {
+            cells_or_none(all, Value::zero(), &self.assumptions).map_err(|_| Unsure::because(reason))
+        })?;
+        for cell in ordered {
             let images: Values =
                 names.iter().zip(&cell.forms).map(|(name, form)| ((*name).clone(), (*form).clone())).collect();
             let piece = Piece { from: cell.from.clone(), until: cell.until.clone(), form: Value::zero() };

@@ -50,8 +50,9 @@ impl Walker<'_> {
             return None;
         }
         let count = self.count(edge, values).ok()?;
-        let plain = count.conditions.is_empty() && (count.stays.is_none() || !values.values().all(is_number));
-        plain.then_some((edge, count))
+        // Numbers are followed one by one, as long as a number says.
+        let one_by_one = count.stays.as_ref().is_some_and(is_number) && values.values().all(is_number);
+        (count.conditions.is_empty() && !one_by_one).then_some((edge, count))
     }
 
     /// The same where it is not known which round comes: one that comes so many times, none perhaps, before another does.

@@ -9,7 +9,7 @@ use super::super::{Entity, Environment};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 /// Calls in no time that one way goes through; far fewer than an execution unfolds at once.
 const MOST_CALLS: usize = 16;
@@ -21,6 +21,8 @@ const MOST_IN_ALL: usize = 2000;
 pub(super) struct Quick<'q> {
     /// The parameters and the body of each.
     pub(super) bodies: BTreeMap<&'q Name, (Vec<Name>, &'q Term)>,
+    /// The same of all processes of the text.
+    pub(super) all: BTreeMap<&'q Name, (&'q [Name], &'q Term)>,
     /// How each process ends.
     pub(super) flows: &'q Flows,
     /// What was declared before the text, with all that is assumed of parameters before it and in it.
@@ -43,6 +45,17 @@ struct Reached {
     name: Name,
     arguments: Vec<Value>,
     guards: Assumptions,
+}
+
+/// How a process begins.
+#[derive(Clone, Copy, PartialEq)]
+enum Begins {
+    /// It surely goes on at once.
+    Passes,
+    /// It may end at once.
+    MayEnd,
+    /// It waits or communicates before anything else.
+    Waits,
 }
 
 /// One look at what a process calls in no time.
@@ -102,6 +115,7 @@ impl Look<'_, '_> {
                 let arguments = arguments.iter().map(|argument| self.resolved(argument, &here)).collect();
                 calls.push(Reached { name: name.clone(), arguments, guards: here.guards.clone() });
                 let stops = self.quick.flow(name).is_none_or(|flow| flow.quick_stop);
+                let stops = stops && self.begins(term, &mut here.clone(), MOST_CALLS) != Begins::Waits;
                 stops.then(|| self.after(term, here))
             }
             Node::Seq(parts) => parts.iter().try_fold(here, |here, part| self.walk(part, here, calls)),
@@ -114,6 +128,46 @@ impl Look<'_, '_> {
                 }
                 stops.then_some(here)
             }
+        }
+    }
+
+    /// How a process begins with the arguments that it has here: `Gtr_{n,0} ; Out_{v,0} ; …` communicates where n is 2.
+    fn begins(&mut self, term: &Term, here: &mut Here, most: usize) -> Begins {
+        match term.node() {
+            Node::In(..) | Node::Out(..) => Begins::Waits,
+            Node::Delay(time) => {
+                let time = self.resolved(time, here);
+                let lasts = here.guards.decide(Relation::Gtr, &time, &Value::zero()) == Some(true);
+                if lasts { Begins::Waits } else { Begins::MayEnd }
+            }
+            Node::Guard(relation, left, right) => {
+                let (left, right) = (self.resolved(left, here), self.resolved(right, here));
+                let passes = here.guards.decide(*relation, &left, &right) == Some(true);
+                if passes { Begins::Passes } else { Begins::MayEnd }
+            }
+            Node::Set(value, name) => {
+                let value = self.resolved(value, here);
+                here.values.insert(name.clone(), value);
+                Begins::Passes
+            }
+            Node::Seq(parts) => {
+                let mut parts = parts.iter().map(|part| self.begins(part, here, most));
+                parts.find(|begins| *begins != Begins::Passes).unwrap_or(Begins::MayEnd)
+            }
+            Node::Par(parts) | Node::Disable(parts) => {
+                let waits = parts.iter().all(|part| self.begins(part, &mut here.clone(), most) == Begins::Waits);
+                if waits { Begins::Waits } else { Begins::MayEnd }
+            }
+            Node::Call(name, arguments) => {
+                let Some((parameters, body)) = self.quick.all.get(name).copied().filter(|_| most > 0) else {
+                    return Begins::MayEnd;
+                };
+                let arguments: Vec<Value> = arguments.iter().map(|argument| self.resolved(argument, here)).collect();
+                let values = parameters.iter().cloned().zip(arguments).collect();
+                let begins = self.begins(body, &mut Here { guards: here.guards.clone(), values }, most - 1);
+                if begins == Begins::Waits { Begins::Waits } else { Begins::MayEnd }
+            }
+            _ => Begins::MayEnd,
         }
     }
 
