@@ -99,6 +99,13 @@ impl Printer {
         if let Some(shorter) = self.remainder(value) {
             return self.condition(&shorter, symbol);
         }
+        if let Some(parts) = value.components() {
+            let open = parts.iter().filter(|part| !part.is_zero());
+            return match symbol {
+                "=" => open.map(|part| self.condition(part, symbol)).collect::<Vec<_>>().join(" and "),
+                _ => format!("{} {symbol} ({})", self.value(value).0, vec!["0"; parts.len()].join(",")),
+            };
+        }
         let Some((numerator, _)) = value.parts().filter(|(_, denominator)| denominator.is_one()) else {
             return format!("{} {symbol} 0", wrap(self.value(value), Level::Sum));
         };
