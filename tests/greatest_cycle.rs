@@ -38,8 +38,9 @@ fn written(dice: &mut Dice, number: usize, uses: &[(Use, usize)]) -> String {
     let start = match dice.place(3) {
         0 => format!("proc Start{number} = Delay_{{{}}} ; P{number}_{{2,0}}", dice.one_of(&["1", "7", "3/2"])),
         1 => {
-            let before = steps.first().cloned().unwrap_or_default();
-            format!("proc Start{number} = {} ; P{number}_{{1,0}}", before.replace(['k', 'd'], "2"))
+            let before = steps[..dice.place(steps.len().min(3) + 1)].join(" ; ").replace(['k', 'd'], "2");
+            let before = if before.is_empty() { "Delay_1".to_string() } else { before };
+            format!("proc Start{number} = {before} ; P{number}_{{1,0}}")
         }
         _ => format!("proc Start{number} = P{number}_{{3,0}}"),
     };
@@ -93,6 +94,7 @@ fn rounds_take_the_time_of_their_greatest_cycle() {
         let period = analyse(&system.components, definitions, known);
         let Some(found) = greatest_cycle(&system.components, definitions, known) else { continue };
         let period = period.unwrap_or_else(|failures| panic!("{text}{failures:?}"));
+        assert!(period.repeats(), "{text}");
         let Some((lasting, rounds)) = by_phases(&period, &environment) else { continue };
         let times = |rounds: &Rounds| Value::integer(i64::try_from(rounds[0].1).unwrap());
         let ratio = (lasting.mul(&times(&found.rounds)).unwrap(), found.time.mul(&times(&rounds)).unwrap());

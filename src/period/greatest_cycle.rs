@@ -23,6 +23,8 @@ const MOST_MEETINGS: usize = 40;
 const MOST_WAYS: usize = 64;
 const MOST_CYCLES: usize = 200;
 const MOST_STEPS: usize = 20_000;
+/// The most rounds that what is done before the loops may last.
+const MOST_EARLY: u64 = 20;
 
 /// Where loops wait: for each other on a port, or within one of them for all of its parts that are side by side.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,25 +48,20 @@ struct Edge {
 /// How long it takes in the end until all comes round.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InTheEnd {
-    /// The time until then.
+    /// The time until then. Where a cycle of waits spans several rounds it is that of so many, though fewer may do.
     pub time: Value,
     /// The components, each with how often it has gone round by then.
     pub rounds: Vec<(String, u64)>,
 }
 
 /// How long rounds take in the end of components that are loops of delays and communications alone, on ports that one of them
-/// writes and one reads; none of others, where their rates do not agree, or where a cycle of waits spans no round.
+/// writes and one reads; none of others, where their rates do not agree, or where something waits for itself, at the start or
+/// in each round.
 pub fn greatest_cycle(components: &[Term], definitions: &Definitions, known: &Assumptions) -> Option<InTheEnd> {
     let components = flatten(components, definitions);
     let loops = loops_of(&components, definitions, known)?;
     let (ports, times) = together(&loops)?;
     let edges = edges(&loops, &ports, &times)?;
-    let lasts = |edge: &Edge| {
-        known.gives_meaning(&edge.delay) && known.decide(Relation::Gte, &edge.delay, &Value::zero()) == Some(true)
-    };
-    if !edges.iter().all(lasts) {
-        return None;
-    }
     let meetings = edges.iter().map(|edge| edge.from.max(edge.to) + 1).max()?;
     let mut search = Search { edges: &edges, path: Vec::new(), found: BTreeMap::new(), steps: 0 };
     for start in 0..meetings {
@@ -245,26 +242,61 @@ fn edges(loops: &[Loop], ports: &Ports, times: &[u64]) -> Option<Vec<Edge>> {
     for (component, own) in loops.iter().enumerate().filter(|(_, own)| ends(&own.round) > 0) {
         meetings.add(Spot::End(component), ends(&own.round).checked_mul(times[component])?)?;
     }
-    let mut all = Vec::new();
+    let early = early_rounds(ports, times)?;
+    let (mut all, mut waits) = (Vec::new(), Vec::new());
     for ((component, own), times) in loops.iter().enumerate().zip(times) {
         let mut walk = Walk { component, passed: BTreeMap::new(), met: Vec::new() };
         let mut since = walk.through(&own.before, Vec::new())?;
-        for _ in 0..*times {
+        for _ in 0..times.checked_mul(early)? {
             since = walk.through(&own.round, since)?;
         }
-        walk.met.clear();
+        let before = walk.met.len();
         for _ in 0..*times {
             since = walk.through(&own.round, since)?;
         }
         if since.is_empty() {
             return None;
         }
-        for (from, to, delay) in walk.met {
-            let ((from, round), (to, later)) = (meetings.place(&from)?, meetings.place(&to)?);
-            all.push(Edge { from, to, delay, rounds: later - round });
+        for (from, to, delay) in &walk.met[before..] {
+            let ((from, round), (to, later)) = (meetings.place(from)?, meetings.place(to)?);
+            all.push(Edge { from, to, delay: delay.clone(), rounds: later - round });
+        }
+        waits.extend(walk.met.into_iter().map(|(from, to, _)| (from, to)));
+    }
+    all_happen(&waits).then_some(all)
+}
+
+/// So many rounds that in them every port is used as often as both sides use it before their loops, and once more by both.
+fn early_rounds(ports: &Ports, times: &[u64]) -> Option<u64> {
+    let uses = ports.values().flatten();
+    let early = uses.map(|own| Some(own.before.div_ceil(own.each.checked_mul(times[own.component])?)));
+    let most = early.collect::<Option<Vec<_>>>()?.into_iter().max()?;
+    (most <= MOST_EARLY).then_some(most + 2)
+}
+
+/// Whether no meeting waits for itself, directly or through others.
+fn all_happen(waits: &[(Meeting, Meeting)]) -> bool {
+    let mut open: BTreeMap<&Meeting, usize> = BTreeMap::new();
+    let mut next: BTreeMap<&Meeting, Vec<&Meeting>> = BTreeMap::new();
+    for (from, to) in waits {
+        open.entry(from).or_default();
+        *open.entry(to).or_default() += 1;
+        next.entry(from).or_default().push(to);
+    }
+    let mut ready: Vec<&Meeting> = open.iter().filter(|(_, waits)| **waits == 0).map(|(one, _)| *one).collect();
+    let mut happened = 0;
+    while let Some(one) = ready.pop() {
+        happened += 1;
+        for later in next.get(one).into_iter().flatten() {
+            if let Some(waits) = open.get_mut(later) {
+                *waits -= 1;
+                if *waits == 0 {
+                    ready.push(later);
+                }
+            }
         }
     }
-    Some(all)
+    happened == open.len()
 }
 
 /// How often parts that are side by side end in these steps.

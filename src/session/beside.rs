@@ -49,7 +49,9 @@ pub(super) fn without_readers(system: &System, shown: &[Term], environment: &Env
     };
     let (readers, others): (Vec<usize>, Vec<usize>) = (0..components.len()).partition(|place| reads_alone(*place));
     let of = |places: &[usize]| -> Vec<Term> { places.iter().map(|place| components[*place].clone()).collect() };
-    if readers.is_empty() || !readers.iter().all(|place| passes(&of(&[*place]), environment)) {
+    // What it reads comes at once, so that only its own delays let time pass.
+    let waits = |place: &usize| loops_wait(&components[*place], environment);
+    if readers.is_empty() || !readers.iter().all(waits) || !means_something(&of(&readers), environment) {
         return None;
     }
     let rest = of(&others);

@@ -38,9 +38,9 @@ struct Told {
 }
 
 impl Told {
-    /// Whether it is told in some order of delays, and not in all, or in none.
+    /// Whether it is told in some order of delays, and not in all, or in none; what has no period has none in the end.
     fn open(&self) -> bool {
-        self.answer == UNKNOWN || self.in_orders && self.lasting.is_none()
+        self.answer == UNKNOWN || self.answer == "yes" && self.in_orders && self.lasting.is_none()
     }
 }
 

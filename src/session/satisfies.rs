@@ -13,6 +13,7 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period, in_case};
 use crate::recurrence::Closed;
+use crate::term::Term;
 use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::{self, Outcome};
@@ -51,15 +52,11 @@ impl Run<'_, '_> {
         };
         let (whole, mut system, mut part) = (system, part.as_ref().unwrap_or(system).clone(), part);
         let mut outcome = verified(&system);
-        // Where there is no period, of what shows it alone there may be one.
         let mut beside = BESIDE;
-        if part.is_none() && outcome.period.is_none() {
-            let shown = std::slice::from_ref(body);
-            let parts = [(relevant as Leaving, BESIDE), (without_readers, READERS)];
-            let left = parts.into_iter().find_map(|(leaving, why)| Some((leaving(whole, shown, environment)?, why)));
-            if let Some((own, why)) = left {
-                (outcome, system, part, beside) = (verified(&own), own.clone(), Some(own), why);
-            }
+        if part.is_none()
+            && let Some((alone, own, why)) = of_part(whole, body, environment, &outcome, &verified)
+        {
+            (outcome, system, part, beside) = (alone, own.clone(), Some(own), why);
         }
         let system = &system;
         if matches!(outcome.verdict, verify::Verdict::Open { .. }) {
@@ -143,6 +140,27 @@ impl Run<'_, '_> {
         let Some(found) = environment.system(system) else { return vec![format!("there is no system {system}")] };
         examined(found, environment, &describe, MOST_ORDERS, &|| self.surroundings.interrupted()).0
     }
+}
+
+/// What comes of a property of what shows it alone, with what that takes on trust: where the whole has no period, or nothing
+/// is told of it and the property is proved of that.
+fn of_part(
+    whole: &System,
+    shown: &Term,
+    environment: &Environment,
+    outcome: &Outcome,
+    verified: &dyn Fn(&System) -> Outcome,
+) -> Option<(Outcome, System, &'static str)> {
+    let open = matches!(outcome.verdict, verify::Verdict::Open { .. });
+    if !open && outcome.period.is_some() {
+        return None;
+    }
+    let shown = std::slice::from_ref(shown);
+    let parts = [(relevant as Leaving, BESIDE), (without_readers, READERS)];
+    let (own, why) = parts.into_iter().find_map(|(leaving, why)| Some((leaving(whole, shown, environment)?, why)))?;
+    let alone = verified(&own);
+    let told = outcome.period.is_none() || matches!(alone.verdict, verify::Verdict::Proved);
+    told.then_some((alone, own, why))
 }
 
 /// What is said of the period of a system, where it is not known which of two delays ends first in each order; and whether

@@ -9,7 +9,7 @@ use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker};
 use super::unit::Unit;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Test};
-use crate::recurrence::Closed;
+use crate::recurrence::{Closed, Piece};
 use crate::value::{Atom, Relation, Value};
 
 /// A phase that a run never leaves, since two values never come to be equal.
@@ -23,6 +23,16 @@ pub struct Endless {
     pub first: Option<BigRational>,
     /// How far apart they are at the closest of the rounds looked at.
     pub closest: Option<BigRational>,
+}
+
+/// Rounds that are taken as one leg where rounds have no end.
+pub(super) struct Turn {
+    /// How many.
+    pub(super) rounds: Value,
+    /// The values behind them.
+    pub(super) onward: Values,
+    /// The forms within them.
+    pub(super) shown: Vec<(Name, Closed)>,
 }
 
 /// Rounds after which values may come round.
@@ -67,12 +77,61 @@ impl Walker<'_> {
 
     /// Of rounds without end, how many are to be taken as one leg: those after which all values are as at first, or those
     /// before values come round. Nothing where they do not.
-    pub(super) fn until_it_repeats(&self, values: &Values, count: &Count) -> Option<i64> {
+    pub(super) fn until_it_repeats(&self, values: &Values, count: &Count) -> Option<Turn> {
+        if !count.conditions.is_empty() && !count.closed.is_empty() {
+            return None;
+        }
+        let some = |rounds: i64| {
+            let rounds = Value::integer(rounds);
+            let onward = self.values_at(values, &count.closed, &rounds).ok()?;
+            Some(Turn { rounds, onward, shown: count.closed.clone() })
+        };
+        self.number_of_rounds(values, count).and_then(some).or_else(|| self.turns_to_a_symbol(values, count))
+    }
+
+    /// The rounds of a turn that is counted modulo a symbol: n of `mod(i,n)`.
+    fn turns_to_a_symbol(&self, values: &Values, count: &Count) -> Option<Turn> {
+        let index = Value::variable(&self.index);
+        let floors = count.closed.iter().flat_map(|(_, closed)| &closed.pieces).flat_map(|piece| piece.form.atoms());
+        let turns = floors.filter_map(|atom| match &atom {
+            Atom::Floor(inner) => Value::one().div(&inner.linear_in(&self.index)?.0).ok(),
+            _ => None,
+        });
+        let turns = turns.filter(|turn| {
+            let least = self.assumptions.decide(Relation::Gte, turn, &Value::one()) == Some(true);
+            least && !turn.mentions(&self.index) && self.assumptions.is_natural(turn) == Some(true)
+        });
+        // From any round on it comes again after so many: what is shown does, too.
+        let comes_round = |turn: &Value| {
+            count.closed.iter().all(|(_, closed)| {
+                let [Piece { until: None, form, .. }] = closed.pieces.as_slice() else { return false };
+                let mut known = self.assumptions.clone();
+                known.assume_natural(&self.index);
+                let later = index.add(turn).and_then(|later| form.with(&self.index, &later));
+                later.is_ok_and(|later| known.decide(Relation::Eq, &later, form) == Some(true))
+            })
+        };
+        let rounds = turns.into_iter().find(comes_round)?;
+        // Within one turn `mod(i,n)` is i.
+        let mut known = self.assumptions.clone();
+        known.assume_natural(&self.index);
+        known.assume(Relation::Lss, &index, &rounds);
+        let mut shown = count.closed.clone();
+        for piece in shown.iter_mut().flat_map(|(_, closed)| &mut closed.pieces) {
+            for atom in piece.form.atoms() {
+                let Atom::Floor(inner) = &atom else { continue };
+                let is = |relation, bound: i64| known.decide(relation, inner, &Value::integer(bound)) == Some(true);
+                if is(Relation::Gte, 0) && is(Relation::Lss, 1) {
+                    piece.form = piece.form.with_atom(&atom, &Value::zero()).ok()?;
+                }
+            }
+        }
+        Some(Turn { rounds, onward: values.clone(), shown })
+    }
+
+    fn number_of_rounds(&self, values: &Values, count: &Count) -> Option<i64> {
         if count.closed.is_empty() {
             return Some(1);
-        }
-        if !count.conditions.is_empty() {
-            return None;
         }
         let after = |rounds: i64| self.values_at(values, &count.closed, &Value::integer(rounds)).ok();
         let comes_round = |from: i64| -> Option<i64> {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::copies::Copies;
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
-use super::round::{is_known, is_large, is_long};
+use super::round::{Turn, is_known, is_large, is_long};
 use super::supposed::Supposed;
 use super::undecided::{self, Unsure};
 use super::unit::Unit;
@@ -415,10 +415,8 @@ impl Walker<'_> {
             kept,
         };
         let Some(stays) = count.stays else {
-            if let Some(some) = self.until_it_repeats(values, &count) {
-                let rounds = Value::integer(some);
-                leg.units = self.units(&round.segments, values, &count.closed, Some(&rounds))?;
-                let onward = self.values_at(values, &count.closed, &rounds)?;
+            if let Some(Turn { rounds, onward, shown }) = self.until_it_repeats(values, &count) {
+                leg.units = self.units(&round.segments, values, &shown, Some(&rounds))?;
                 leg.rounds = Rounds::Count(rounds);
                 return Ok((leg, (Next::Phase(phase), onward)));
             }

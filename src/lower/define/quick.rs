@@ -159,9 +159,12 @@ impl Look<'_, '_> {
                 if waits { Begins::Waits } else { Begins::MayEnd }
             }
             Node::Call(name, arguments) => {
-                let Some((parameters, body)) = self.quick.all.get(name).copied().filter(|_| most > 0) else {
+                let looks = self.quick.looks.get();
+                let found = self.quick.all.get(name).copied();
+                let Some((parameters, body)) = found.filter(|_| most > 0 && looks < MOST_IN_ALL) else {
                     return Begins::MayEnd;
                 };
+                self.quick.looks.set(looks + 1);
                 let arguments: Vec<Value> = arguments.iter().map(|argument| self.resolved(argument, here)).collect();
                 let values = parameters.iter().cloned().zip(arguments).collect();
                 let begins = self.begins(body, &mut Here { guards: here.guards.clone(), values }, most - 1);

@@ -8,7 +8,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::{Sort, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// Calls that are followed until a loop comes round.
 const MOST_CALLS: usize = 200;
@@ -41,7 +41,7 @@ struct Opened {
 }
 
 /// The loops of these components; none where one of them chooses, ends or reads no further, where a delay is not the same in
-/// each round, and where a value that is written or handed on may not exist.
+/// each round or may be negative, and where a delay, or a value that is written or handed on, may not exist.
 pub(super) fn loops_of(components: &[Term], definitions: &Definitions, known: &Assumptions) -> Option<Vec<Loop>> {
     let fixed = parameters(components, definitions, known);
     let mut reader = Reader { definitions, known, fixed: &fixed, calls: 0, handed: Vec::new() };
@@ -135,7 +135,11 @@ impl Reader<'_> {
 
     fn steps(&mut self, part: &Term, scope: &mut Scope) -> Option<Vec<Step>> {
         let steps = match part.node() {
-            Node::Delay(time) => vec![Step::Delay(self.same(time, scope)??)],
+            Node::Delay(time) => {
+                let time = self.same(time, scope)??;
+                let lasts = self.known.decide(Relation::Gte, &time, &Value::zero()) == Some(true);
+                (lasts && self.known.gives_meaning(&time)).then(|| vec![Step::Delay(time)])?
+            }
             Node::In(port, name) => {
                 scope.insert(name.clone(), None);
                 vec![Step::Port(port.clone(), false)]
