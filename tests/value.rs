@@ -32,6 +32,12 @@ fn text() {
         (Value::minimum(&[x.clone(), y.clone()]).unwrap(), "min(x,y)"),
         (Value::maximum(&[x.clone(), int(0)]).unwrap(), "max(0,x)"),
         (Value::clamp(&x, &int(-1), &int(1)).unwrap(), "clamp(x,-1,1)"),
+        (Value::clamp(&sub(&int(10), &x), &t.neg().unwrap(), &t).unwrap(), "clamp(10-x,-t,t)"),
+        (Value::clamp(&x.neg().unwrap(), &t.neg().unwrap(), &t).unwrap(), "clamp(-x,-t,t)"),
+        (
+            add(&x, &Value::clamp(&mul(&frac(1, 2), &sub(&int(10), &x)), &t.neg().unwrap(), &t).unwrap()),
+            "x+1/2*clamp(10-x,-2*t,2*t)",
+        ),
         (mul(&t, &Value::clamp(&mul(&int(2), &x), &int(-1), &int(1)).unwrap()), "t*clamp(2*x,-1,1)"),
         (Value::choose(Relation::Gtr, &x, &y, &int(1), &t).unwrap(), "if x > y then 1 else t"),
         (Value::choose(Relation::Eq, &x, &y, &int(1), &t).unwrap(), "if x = y then 1 else t"),

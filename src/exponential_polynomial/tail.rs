@@ -274,7 +274,7 @@ fn outside_at_once(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) 
         let mut at = from.max(1);
         while at <= MOST {
             if outgrown(&parts, place, at) {
-                let why = format!("from there on the part {} outgrows all others", main.told());
+                let why = format!("from there on the {} outgrows all others", main.told());
                 return Tail::Never(at, why);
             }
             at *= 2;
@@ -321,7 +321,7 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
                         true => "is as much as all others together, or more",
                         false => "outgrows all others",
                     };
-                    format!("from there on {what} {verb} 0: its part {} {how}", main.told())
+                    format!("from there on {what} {verb} 0: its {} {how}", main.told())
                 }
             };
             return Ok(Tail::Never(at, why));
@@ -335,9 +335,12 @@ impl Part {
     /// Which part it is: of a polynomial by its degree.
     fn told(&self) -> String {
         if self.root == Some(true) && self.size.0.is_one() && self.size.1.is_one() {
-            return format!("of degree {}", self.power);
+            return match self.power {
+                0 => "constant part".to_string(),
+                power => format!("part of degree {power}"),
+            };
         }
-        format!("with the root of size {}", bound_text(&self.size))
+        format!("part with the root of size {}", bound_text(&self.size))
     }
 }
 

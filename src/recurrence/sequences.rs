@@ -102,7 +102,7 @@ fn with_fewest(
     for condition in conditions.iter().filter(|(relation, ..)| *relation == Relation::Neq) {
         let others = solved.conditions().iter().filter(|other| *other != condition).cloned().collect();
         if let Ok(fewer) = Solved::check(recurrence.clone(), forms.clone(), others, known)
-            && !fewer.conditions().contains(condition)
+            && fewer.conditions().len() < solved.conditions().len()
         {
             solved = fewer;
         }

@@ -41,16 +41,6 @@ pub fn reach(
 /// that, or of later terms alone, the first index may be another. A size in it may be that of either sign.
 fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions, most: usize) -> bool {
     let zero = Value::zero();
-    if let Some(sign) = open_sign(&formula.power, known).filter(|_| most > 0) {
-        return [Relation::Gtr, Relation::Lss, Relation::Eq].into_iter().all(|relation| {
-            let mut known = known.clone();
-            known.assume(relation, &sign, &zero);
-            let simple = |value: &Value| known.simplify(value);
-            let (power, bound) = (simple(&formula.power), simple(&formula.bound));
-            let here = Formula { power, bound, ..formula.clone() };
-            known.contradictory() || is_asked(&here, solved, wanted, &known, most - 1)
-        });
-    }
     let same = || {
         let solved = solved?;
         let (relation, left, right) = wanted;
@@ -81,7 +71,18 @@ fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, know
         };
         Some(begins && both == (Some(true), Some(false)) && (earlier.is_empty() || none_earlier()))
     };
-    same() == Some(true)
+    if same() == Some(true) {
+        return true;
+    }
+    let Some(sign) = open_sign(&formula.power, known).filter(|_| most > 0) else { return false };
+    [Relation::Gtr, Relation::Lss, Relation::Eq].into_iter().all(|relation| {
+        let mut known = known.clone();
+        known.assume(relation, &sign, &zero);
+        let simple = |value: &Value| known.simplify(value);
+        let (power, bound) = (simple(&formula.power), simple(&formula.bound));
+        let here = Formula { power, bound, ..formula.clone() };
+        known.contradictory() || is_asked(&here, solved, wanted, &known, most - 1)
+    })
 }
 
 /// A value where the size of a power is the power of a size: `(1-k)^n` for `abs((k-1)^n)`.

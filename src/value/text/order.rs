@@ -238,13 +238,12 @@ impl Printer {
         Some((self.piece(&one, &hinge.cofactor, text), Some(*other)))
     }
 
-    /// `w + max(0,w+x) - max(0,2*w,w+x)` is `clamp(x,-w,w)`.
+    /// `w + max(0,w+x) - max(0,2*w,w+x)` is `clamp(x,-w,w)`, and so is `w + max(0,-x-w) - max(0,-x-w,w-x)`.
     fn clamped_by_symbol(&mut self, hinges: &[Hinge], place: usize, rest: &mut Real) -> Option<(Piece, Option<usize>)> {
         let hinge = &hinges[place];
         let [inner] = &hinge.elements[..] else { return None };
-        let two = BigRational::from_integer(2.into());
         for (other, partner) in hinges.iter().enumerate().filter(|(other, _)| *other != place) {
-            let width = match &partner.elements[..] {
+            let second = match &partner.elements[..] {
                 [first, second] if first == inner => second,
                 [first, second] if second == inner => first,
                 _ => continue,
@@ -252,15 +251,18 @@ impl Printer {
             if partner.coefficient != -&hinge.coefficient || partner.cofactor != hinge.cofactor {
                 continue;
             }
-            let Some((bound, _)) = width.parts().filter(|(_, below)| below.is_one()) else { continue };
-            let wanted = bound.times_term(&hinge.cofactor, &(&hinge.coefficient / &two))?;
-            let there = wanted.terms().iter().all(|(monomial, number)| coefficient_of(rest, monomial) == *number);
-            if !there {
-                continue;
-            }
+            let half = |width: &Value| width.scale(&BigRational::new(1.into(), 2.into())).ok();
+            let upward = || half(second).and_then(|half| Some((inner.sub(&half).ok()?, half)));
+            let downward = || half(&second.sub(inner).ok()?).and_then(|half| Some((half.sub(second).ok()?, half)));
+            let found = [upward(), downward()].into_iter().flatten().find_map(|(middle, half)| {
+                let (bound, _) = half.parts().filter(|(_, below)| below.is_one())?;
+                let wanted = bound.times_term(&hinge.cofactor, &hinge.coefficient)?;
+                let there = wanted.terms().iter().all(|(monomial, number)| coefficient_of(rest, monomial) == *number);
+                there.then_some((middle, half, wanted))
+            });
+            let Some((middle, half, wanted)) = found else { continue };
             *rest = rest.minus(&wanted);
-            let half = width.scale(&two.recip()).ok()?;
-            let (middle, low) = (inner.sub(&half).ok()?, half.neg().ok()?);
+            let low = half.neg().ok()?;
             let texts = [&middle, &low, &half].map(|value| self.value(value).0);
             let text = format!("clamp({},{},{})", texts[0], texts[1], texts[2]);
             return Some((self.piece(&hinge.coefficient, &hinge.cofactor, text), Some(other)));
