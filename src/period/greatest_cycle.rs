@@ -4,9 +4,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_bigint::BigInt;
 use num_integer::Integer;
-use num_rational::Ratio;
-use num_traits::ToPrimitive;
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive, Zero};
 
 mod loops;
 
@@ -120,17 +121,17 @@ fn together(loops: &[Loop]) -> Option<(Ports, Vec<u64>)> {
         }
         ports.insert(port, [reader, writer]);
     }
-    let mut rates: Vec<Option<Ratio<u64>>> = vec![None; loops.len()];
-    *rates.first_mut()? = Some(Ratio::from(1));
+    let mut rates: Vec<Option<BigRational>> = vec![None; loops.len()];
+    *rates.first_mut()? = Some(BigRational::one());
     let mut open = vec![0usize];
     while let Some(component) = open.pop() {
-        let own = rates[component]?;
+        let own = rates[component].clone()?;
         for [reader, writer] in ports.values() {
             for (one, other) in [(reader, writer), (writer, reader)] {
                 if one.component == component {
-                    let rate = own * Ratio::new(one.each, other.each);
-                    match rates[other.component] {
-                        Some(before) if before != rate => return None,
+                    let rate = &own * BigRational::new(one.each.into(), other.each.into());
+                    match &rates[other.component] {
+                        Some(before) if *before != rate => return None,
                         Some(_) => {}
                         None => {
                             rates[other.component] = Some(rate);
@@ -142,10 +143,10 @@ fn together(loops: &[Loop]) -> Option<(Ports, Vec<u64>)> {
         }
     }
     let rates = rates.into_iter().collect::<Option<Vec<_>>>()?;
-    let whole = rates.iter().fold(1u64, |all, rate| all.lcm(rate.denom()));
-    let times: Vec<u64> = rates.iter().map(|rate| (rate * whole).to_integer()).collect();
-    let common = times.iter().fold(0u64, |all, times| all.gcd(times));
-    Some((ports, times.iter().map(|times| times / common).collect()))
+    let whole = rates.iter().fold(BigInt::one(), |all, rate| all.lcm(rate.denom()));
+    let times: Vec<BigInt> = rates.iter().map(|rate| (rate * &whole).to_integer()).collect();
+    let common = times.iter().fold(BigInt::zero(), |all, times| all.gcd(times));
+    Some((ports, times.iter().map(|times| (times / &common).to_u64()).collect::<Option<_>>()?))
 }
 
 /// The ports that these steps use, each time; none where two parts side by side use the same.

@@ -67,6 +67,11 @@ fn values(recurrence: &Recurrence, own: usize) -> Option<Vec<Value>> {
         let other = |name: &Name| *name != here && value.mentions(name);
         other(&recurrence.index) || terms.iter().any(|(name, ..)| other(name))
     };
+    // Beside conditions nothing else may tell its value.
+    let plain = |atom: &Atom| matches!(atom, Atom::Positive(_)) || atom.value().is_ok_and(|value| !moving(&value));
+    if !sequence.next.atoms().iter().all(plain) {
+        return None;
+    }
     let mut found = sequence.start.clone();
     let mut place = 0;
     while let Some(value) = found.get(place).cloned() {

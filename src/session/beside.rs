@@ -20,7 +20,8 @@ use crate::value::{Need, Relation, Value};
 pub(crate) const BESIDE: &str = "that components without a common port do not matter to each other";
 
 /// What is taken on trust where what reads alone is left out as well.
-pub(super) const READERS: &str = "that what only reads what is written again and again does not matter to others";
+pub(super) const READERS: &str = "that components without a common port do not matter to each other, nor to others what only reads what is \
+                                  written again and again";
 
 /// What leaves some components of a system out.
 pub(super) type Leaving = fn(&System, &[Term], &Environment) -> Option<System>;

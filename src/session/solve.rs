@@ -110,7 +110,12 @@ fn resting(question: &Question, given: Given<'_>, stop: &dyn Fn() -> bool) -> (V
 
 /// Whether a recurrence of numbers has no value soon.
 fn comes_to_rest(recurrence: &Recurrence) -> bool {
-    let numbers = recurrence.sequences.iter().flat_map(|one| &one.start).all(|start| start.variables().is_empty());
+    let terms = recurrence.terms();
+    let own = |name: &Name| *name == recurrence.index || terms.iter().any(|(term, ..)| term == name);
+    let numbers = recurrence
+        .sequences
+        .iter()
+        .all(|one| one.start.iter().all(|start| start.variables().is_empty()) && one.next.variables().iter().all(own));
     numbers && recurrence.iterate(MOST_TO_REST).is_err()
 }
 
