@@ -36,7 +36,7 @@ fn text() {
         (Value::clamp(&x.neg().unwrap(), &t.neg().unwrap(), &t).unwrap(), "clamp(-x,-t,t)"),
         (
             add(&x, &Value::clamp(&mul(&frac(1, 2), &sub(&int(10), &x)), &t.neg().unwrap(), &t).unwrap()),
-            "x+1/2*clamp(10-x,-2*t,2*t)",
+            "1/2*clamp(10-x,-2*t,2*t)+x",
         ),
         (mul(&t, &Value::clamp(&mul(&int(2), &x), &int(-1), &int(1)).unwrap()), "t*clamp(2*x,-1,1)"),
         (Value::choose(Relation::Gtr, &x, &y, &int(1), &t).unwrap(), "if x > y then 1 else t"),
