@@ -69,8 +69,10 @@ pub fn greatest_cycle(components: &[Term], definitions: &Definitions, known: &As
         search.path = vec![start];
         search.cycles_from(start, (start, Value::zero(), 0))?;
     }
-    let rounds =
-        search.found.values().flatten().try_fold(1u64, |all, rounds| Some(all.lcm(&u64::try_from(*rounds).ok()?)))?;
+    let rounds = search.found.values().flatten().try_fold(1u64, |all, rounds| {
+        let own = u64::try_from(*rounds).ok()?;
+        all.checked_mul(own / all.gcd(&own))
+    })?;
     let mut each = Vec::new();
     for (time, rounds_of) in &search.found {
         for own in rounds_of {
@@ -80,7 +82,8 @@ pub fn greatest_cycle(components: &[Term], definitions: &Definitions, known: &As
     let time = Value::maximum(&each).ok()?;
     let passes = known.decide(Relation::Gtr, &time, &Value::zero()) == Some(true);
     let names = System::of(&components, definitions).names;
-    let rounds = names.into_iter().zip(times.iter().map(|times| times * rounds)).collect();
+    let times = times.iter().map(|times| times.checked_mul(rounds)).collect::<Option<Vec<_>>>()?;
+    let rounds = names.into_iter().zip(times).collect();
     passes.then(|| InTheEnd { time: known.simplify(&time), rounds })
 }
 
