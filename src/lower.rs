@@ -14,6 +14,7 @@ mod distribution;
 mod exclusive;
 mod exercise;
 mod flow;
+mod function;
 mod graph;
 mod iterate;
 mod leading;
@@ -28,6 +29,7 @@ mod terms;
 mod sweep;
 mod value;
 mod vary;
+mod vectors;
 mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -163,6 +165,8 @@ pub enum Lowered {
         names: Vec<Name>,
         /// Those that were declared before, in another input: what was proved with them is stale.
         redefined: Vec<Name>,
+        /// What is to be said of it: parameters that are vectors, because of where they stand.
+        notes: Vec<String>,
     },
     /// `prove …`
     Claim(Claim),

@@ -4,14 +4,12 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::flow::{functions, names};
+use super::flow::names;
 use super::network::impossible;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
-use super::{
-    BASIC, Claim, ClaimKind, Class, Entity, Environment, Lowered, Property, Quantity, Signature, System, Template,
-};
-use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
+use super::{BASIC, Claim, ClaimKind, Class, Entity, Environment, Lowered, Property, Quantity, Signature, System};
+use crate::ast::{self, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::Term;
@@ -43,6 +41,8 @@ pub(super) struct Opening<'w> {
     bound_before: BTreeSet<Name>,
     /// The items whose names are taken already.
     twice: BTreeSet<usize>,
+    /// For each item, what is to be told beside it.
+    notes: BTreeMap<usize, Vec<String>>,
 }
 
 impl Opening<'_> {
@@ -59,6 +59,16 @@ impl Opening<'_> {
             self.stopped.set(true);
         }
         self.stopped.get()
+    }
+
+    /// Notes what is to be told beside an item.
+    pub(super) fn tell(&mut self, index: usize, text: String) {
+        self.notes.entry(index).or_default().push(text);
+    }
+
+    /// Whether something is wrong with an item.
+    pub(super) fn is_wrong(&self, index: usize) -> bool {
+        self.errors.get(index).is_some_and(|errors| !errors.is_empty())
     }
 
     pub(super) fn is_twice(&self, index: usize) -> bool {
@@ -84,6 +94,7 @@ impl Environment {
             places: BTreeMap::new(),
             bound_before: self.bound(),
             twice: BTreeSet::new(),
+            notes: BTreeMap::new(),
         };
         self.history.opened(items, text);
         for (index, item) in items.iter().enumerate() {
@@ -99,6 +110,7 @@ impl Environment {
                 _ => {}
             }
         }
+        self.settle_vectors(&mut opening, items);
         self.define_processes(&mut opening, items);
         for (index, item) in items
             .iter()
@@ -113,14 +125,15 @@ impl Environment {
             *self = opening.before;
             return None;
         }
-        let outcomes = items.iter().zip(opening.errors).map(|(item, errors)| {
+        let mut notes = opening.notes;
+        let outcomes = items.iter().enumerate().zip(opening.errors).map(|((index, item), errors)| {
             if !errors.is_empty() {
                 return Some(Err(errors));
             }
             let names = declared(&item.kind)?;
             // An item of parameters takes effect in its turn.
             let redefined = names.iter().filter(|name| opening.before.knows(name)).cloned().collect();
-            Some(Ok(Lowered::Declared { names, redefined }))
+            Some(Ok(Lowered::Declared { names, redefined, notes: notes.remove(&index).unwrap_or_default() }))
         });
         Some(Batch { text: text.to_string(), outcomes: outcomes.collect() })
     }
@@ -338,57 +351,6 @@ impl Environment {
         }
     }
 
-    fn declare_function(
-        &mut self,
-        opening: &mut Opening<'_>,
-        index: usize,
-        header: &Header,
-        body: Option<&ast::Value>,
-    ) {
-        if opening.is_twice(index) {
-            return;
-        }
-        if matches!(self.quantity(&header.name.name), Some(Quantity::Parameter { .. })) {
-            opening.report(index, [taken(&header.name, "a parameter")]);
-            return;
-        }
-        let mut lowerer = Lowerer::new(self, Metas::Forbidden);
-        lowerer.parameters(&header.parameters);
-        let lowered = match body {
-            Some(body) => lowerer.number(body).map(Some),
-            None => Some(None),
-        };
-        let parameters: Vec<Name> = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        let written = body.map(|body| self.template(&parameters, body));
-        match lowerer.finish(lowered) {
-            Ok(body) => {
-                let templates = Arc::make_mut(&mut self.templates);
-                match written {
-                    Some(written) => templates.insert(header.name.name.clone(), written),
-                    None => templates.remove(&header.name.name),
-                };
-                Arc::make_mut(&mut self.quantities)
-                    .insert(header.name.name.clone(), Quantity::Function { parameters, body });
-            }
-            Err(errors) => opening.report(index, errors),
-        }
-    }
-
-    /// A function as written, with what those names mean now that stand in it.
-    fn template(&self, parameters: &[Name], body: &ast::Value) -> Template {
-        let mut written = Vec::new();
-        names(body, &mut written);
-        functions(body, &mut written);
-        let known = |ident: &&Ident| Some((ident.name.clone(), self.quantity(&ident.name)?.clone()));
-        let called = |ident: &&Ident| Some((ident.name.clone(), self.templates.get(&ident.name)?.clone()));
-        Template {
-            parameters: parameters.to_vec(),
-            body: Arc::new(body.clone()),
-            quantities: Arc::new(written.iter().filter_map(known).collect()),
-            templates: Arc::new(written.iter().filter_map(called).collect()),
-        }
-    }
-
     /// Takes in a system or a property; all processes are defined by now.
     fn define_network(&mut self, opening: &mut Opening<'_>, index: usize, kind: &ItemKind) {
         let (name, result) = match kind {
@@ -454,7 +416,7 @@ fn wrong_sort(sort: &Ident) -> Diagnostic {
     diagnostic.help("the sorts are `natural`, `real` and `distribution`")
 }
 
-fn taken(name: &Ident, what: &str) -> Diagnostic {
+pub(super) fn taken(name: &Ident, what: &str) -> Diagnostic {
     Diagnostic::error("P0320", format!("the name `{}` is taken: it is {what}", name.name))
         .label(name.span, "declared here")
         .help("choose another name")

@@ -1,7 +1,7 @@
 //! Which names are vectors, and of how many components: found from the vectors that are written, through ports,
 //! parameters, results and comparisons. A name that is a vector is its components `part(r, 1)`, `part(r, 2)`, ….
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::scope::Lowerer;
 use super::{Entity, Environment, Quantity, Template};
@@ -23,6 +23,8 @@ pub(super) struct Shapes {
     locals: BTreeMap<(Option<Name>, Name), usize>,
     /// By the systems that use the port: two systems may use one name for different things.
     ports: BTreeMap<(usize, Name), usize>,
+    /// The parameters of the whole text that must be vectors, of those that may be.
+    globals: BTreeMap<Name, usize>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -48,6 +50,15 @@ impl Shapes {
 
     /// Finds the vectors of a text.
     pub(super) fn find(items: &[Item], environment: &Environment) -> Shapes {
+        Shapes::search(items, environment, BTreeSet::new())
+    }
+
+    /// Finds which of these parameters of the whole text are vectors.
+    pub(super) fn globals(items: &[Item], environment: &Environment, open: BTreeSet<Name>) -> BTreeMap<Name, usize> {
+        Shapes::search(items, environment, open).globals
+    }
+
+    fn search(items: &[Item], environment: &Environment, open: BTreeSet<Name>) -> Shapes {
         let mut processes: Vec<(Option<&Header>, &Term)> = Vec::new();
         for item in items {
             match &item.kind {
@@ -57,17 +68,18 @@ impl Shapes {
             }
         }
         let groups = groups(&processes);
-        let mut search = Search { environment, headers: BTreeMap::new(), found: Shapes::default(), looks: 0 };
+        let mut search = Search { environment, open, headers: BTreeMap::new(), found: Shapes::default(), looks: 0 };
         search.headers = processes
             .iter()
             .filter_map(|(header, _)| header.map(|header| (header.name.name.clone(), header)))
             .collect();
         for _ in 0..MOST_ROUNDS {
-            let before = (search.found.locals.len(), search.found.ports.len());
+            let known = |found: &Shapes| (found.locals.len(), found.ports.len(), found.globals.len());
+            let before = known(&search.found);
             for ((header, body), group) in processes.iter().zip(&groups) {
                 search.process(header.map(|header| header.name.name.clone()), *group, body);
             }
-            if before == (search.found.locals.len(), search.found.ports.len()) {
+            if before == known(&search.found) {
                 break;
             }
         }
@@ -101,6 +113,8 @@ fn groups(processes: &[(Option<&Header>, &Term)]) -> Vec<usize> {
 
 struct Search<'a> {
     environment: &'a Environment,
+    /// Parameters of the whole text that may be vectors.
+    open: BTreeSet<Name>,
     headers: BTreeMap<Name, &'a Header>,
     found: Shapes,
     /// Values that were looked at.
@@ -167,7 +181,7 @@ impl Search<'_> {
 
     /// A call: parameters are what the arguments are; results are seen under the same names.
     fn call(&mut self, place: &Place, name: &Name, arguments: &[Written]) {
-        let Some(header) = self.headers.get(name).copied() else { return };
+        let Some(header) = self.headers.get(name).copied() else { return self.call_of_before(place, name, arguments) };
         for (parameter, argument) in header.parameters.iter().zip(arguments) {
             let key = (Some(name.clone()), parameter.name.clone());
             match (self.shape(place, argument), self.found.locals.get(&key).copied()) {
@@ -175,6 +189,7 @@ impl Search<'_> {
                     self.found.locals.insert(key, length);
                 }
                 (Shape::Unknown, Some(length)) => self.expect(place, argument, length),
+                (Shape::Number, Some(length)) => self.expect_global(place, argument, length),
                 _ => {}
             }
         }
@@ -182,6 +197,17 @@ impl Search<'_> {
         for bound in &signature.flow.binds {
             if let Some(length) = self.found.locals.get(&(Some(name.clone()), bound.clone())).copied() {
                 self.set(place, bound, length);
+            }
+        }
+    }
+
+    /// A call of a process of an earlier text.
+    fn call_of_before(&mut self, place: &Place, name: &Name, arguments: &[Written]) {
+        let environment = self.environment;
+        let Some(Entity::Process(signature)) = environment.entity(name) else { return };
+        for (length, argument) in signature.lengths.iter().zip(arguments) {
+            if let Some(length) = *length {
+                self.expect_global(place, argument, length);
             }
         }
     }
@@ -247,6 +273,9 @@ impl Search<'_> {
         if let (None, Some(length)) = (&place.parameters, local) {
             return Shape::Vector(length);
         }
+        if let (None, Some(length)) = (&place.parameters, self.found.globals.get(name)) {
+            return Shape::Vector(*length);
+        }
         match self.environment.quantity(name) {
             Some(Quantity::Parameter { constant, .. }) => match constant.as_ref().map(Value::sort) {
                 Some(Sort::Vector(length)) => Shape::Vector(length),
@@ -268,9 +297,18 @@ impl Search<'_> {
         self.shape(&inside, &template.body)
     }
 
+    /// A parameter of the whole text that must be a vector, if it may be one.
+    fn expect_global(&mut self, place: &Place, value: &Written, length: usize) {
+        let ValueKind::Name(name) = &value.kind else { return };
+        if self.open.contains(&name.name) && place.parameters.is_none() && self.local(place, &name.name).is_none() {
+            self.found.globals.entry(name.name.clone()).or_insert(length);
+        }
+    }
+
     /// A value that must be a vector.
     fn expect(&mut self, place: &Place, value: &Written, length: usize) {
         match &value.kind {
+            ValueKind::Name(name) if self.open.contains(&name.name) => self.expect_global(place, value, length),
             ValueKind::Name(name) => {
                 let global = self.environment.quantity(&name.name).is_some();
                 if !global && !name.name.is_meta() && place.process.is_some() {

@@ -144,7 +144,10 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Lts(subject, limits) => Question::Lts(subject, limits),
             Lowered::Minimise(subject, limits) => Question::Minimise(subject, limits),
             Lowered::Alike(left, right, relation, limits) => Question::Alike(left, right, relation, limits),
-            Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
+            Lowered::Declared { names, redefined, notes } => {
+                self.declared(source, item.span, names, &redefined);
+                return notes.into_iter().for_each(|note| self.emit(&Output::Note(note), None));
+            }
             Lowered::Law(law) => return self.admitted(environment, source, &law, item.span),
             Lowered::Expect(_) | Lowered::Import(_) => return,
         };
