@@ -4,7 +4,8 @@
 //! The multipliers are looked for by the simplex method with Bland's rule; nothing rests on that search, because
 //! what it finds is added up and looked at before it is believed.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
 
 use dashu_int::IBig;
 use num_rational::BigRational;
@@ -38,7 +39,7 @@ impl Bound {
 }
 
 /// A polynomial and what is said of it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Constraint {
     pub(super) form: Polynomial<Atom>,
     pub(super) bound: Bound,
@@ -46,6 +47,13 @@ pub(super) struct Constraint {
 
 const MOST_ROWS: usize = 90;
 const MOST_COLUMNS: usize = 220;
+/// How many systems are remembered with what was found of them.
+const MOST_SYSTEMS: usize = 4_000;
+
+thread_local! {
+    /// What was found of a system; it depends on nothing else, and the same is asked under many sets of assumptions.
+    static KNOWN: RefCell<HashMap<Vec<Constraint>, bool>> = RefCell::new(HashMap::new());
+}
 
 /// Whether the constraints cannot all hold; `false` also when that was not found out within the limits.
 pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
@@ -58,12 +66,28 @@ pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
     if useful.is_empty() {
         return false;
     }
-    let mixed = mixed(&useful);
+    let key: Vec<Constraint> = useful.iter().map(|one| (*one).clone()).collect();
+    if let Some(known) = KNOWN.with_borrow(|known| known.get(&key).copied()) {
+        return known;
+    }
+    let found = refuted(&useful);
+    KNOWN.with_borrow_mut(|known| {
+        if known.len() >= MOST_SYSTEMS {
+            known.clear();
+        }
+        known.insert(key, found);
+    });
+    found
+}
+
+/// The same of constraints that may all be of use.
+fn refuted(useful: &[&Constraint]) -> bool {
+    let mixed = mixed(useful);
     if mixed.is_empty() {
         return false;
     }
     let rows: Vec<&Constraint> = mixed.iter().map(|row| &row.constraint).collect();
-    multipliers(&rows).is_some_and(|found| is_refutation(&useful, &in_terms_of(&mixed, &found, useful.len())))
+    multipliers(&rows).is_some_and(|found| is_refutation(useful, &in_terms_of(&mixed, &found, useful.len())))
 }
 
 /// The same without elimination.

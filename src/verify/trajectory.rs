@@ -18,7 +18,7 @@ use crate::period::{Edge, End, Next, Period, Phase, Segment, Test};
 use crate::recurrence::{Closed, Comparison};
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::Value;
+use crate::value::{Atom, Relation, Value};
 
 /// Legs that a run may have before it repeats.
 const MOST_LEGS: usize = 1_000;
@@ -155,6 +155,13 @@ fn learn(assumptions: &mut Assumptions, test: &Test) {
     if !of_numbers || test.decide(assumptions) != Some(true) {
         assumptions.assume(test.relation, &test.left, &test.right);
     }
+}
+
+/// Whether it is an equation of what is cut off at a bound: beside the place where a leg ends it tells nothing, and every
+/// later question would have to look at it.
+fn is_cut_off(test: &Test) -> bool {
+    let of = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)));
+    test.relation == Relation::Eq && (of(&test.left) || of(&test.right))
 }
 
 /// Variables with their values.
@@ -429,9 +436,13 @@ impl Walker<'_> {
         }
         let stays = assumptions.simplify(&stays);
         let last = self.values_at(values, &count.closed, &stays)?;
+        let mut known = assumptions.clone();
         if let Some(learned) = &count.learned {
             let learned = learned.substitute(&round.map)?.substitute(&last)?;
             learn(&mut assumptions, &learned);
+            if !is_cut_off(&learned) {
+                known = assumptions.clone();
+            }
         }
         let exits: Vec<Edge> =
             self.period.phases[phase].edges.iter().filter(|edge| !std::ptr::eq(*edge, round)).cloned().collect();
@@ -448,7 +459,7 @@ impl Walker<'_> {
         let after = self.values_at(values, &count.closed, &stays.add(&Value::one())?).unwrap_or_default();
         onward.extend(said_by_forms(&count.closed, &after, |name| edge.map.get(name) == round.map.get(name)));
         let next = self.onward(edge, &last)?;
-        self.assumptions = assumptions;
+        self.assumptions = known;
         Ok((leg, (next, onward)))
     }
 
