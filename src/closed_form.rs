@@ -5,6 +5,7 @@
 //! what the recurrence says, for every n. An instance is the same theorem for one value of a parameter.
 
 mod apart;
+mod as_far;
 mod behind;
 mod cells;
 mod check;
@@ -39,6 +40,7 @@ use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
+pub use as_far::AsFar;
 pub(crate) use apart::{Case, closures, in_cases, needs_in_cases};
 pub(crate) use behind::behind;
 pub(crate) use cells::{Cell, NotKnown, cells, cells_or_none};
@@ -192,6 +194,7 @@ pub struct Solved {
     forms: Vec<Form>,
     conditions: Vec<Comparison>,
     known: Assumptions,
+    as_far: Option<AsFar>,
 }
 
 /// The forms could not be shown to be right, and where.

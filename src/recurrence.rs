@@ -7,6 +7,7 @@
 mod absorbed;
 mod affine;
 mod approach;
+mod as_far;
 mod at_rest;
 mod barrier;
 mod behind;
@@ -103,6 +104,7 @@ use search::{Entry, enter};
 
 use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
+pub use as_far::as_far_as;
 pub use at_rest::{Resting, at_rest};
 pub use either_way::InCase;
 pub(crate) use either_way::{either_way, in_each_case};

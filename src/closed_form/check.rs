@@ -52,7 +52,7 @@ impl Solved {
         };
         let mut known = known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-        Ok(Solved { recurrence, forms, conditions, known })
+        Ok(Solved { recurrence, forms, conditions, known, as_far: None })
     }
 }
 

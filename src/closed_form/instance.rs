@@ -12,6 +12,9 @@ impl Solved {
     /// # Errors
     /// Where it does not, or a form is of another kind than one value or pieces.
     pub fn instance(&self, name: &Name, value: &Value, known: &Assumptions) -> Result<Solved, Unchecked> {
+        if self.as_far.is_some() {
+            return Err(Unchecked("the forms are not known for every index".to_string()));
+        }
         let recurrence = &self.recurrence;
         let own = recurrence.terms();
         let bound = |other: &Name| *other == recurrence.index || own.iter().any(|(term, ..)| term == other);
@@ -39,7 +42,7 @@ impl Solved {
         let sequences = sequences.collect::<Result<_, ValueError>>()?;
         let recurrence = Recurrence { index: recurrence.index.clone(), from: recurrence.from, sequences };
         let forms = self.forms.iter().map(|form| with(form, name, value)).collect::<Result<_, _>>()?;
-        Ok(Solved { recurrence, forms, conditions, known: here })
+        Ok(Solved { recurrence, forms, conditions, known: here, as_far: None })
     }
 }
 

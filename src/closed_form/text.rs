@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
 use super::readable::readable;
-use super::{Comparison, Form, Layer, Nested, Solved, layer, product};
+use super::{AsFar, Comparison, Form, Layer, Nested, Solved, layer, product};
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
 use crate::univariate::Univariate;
@@ -28,6 +28,12 @@ impl Solved {
         let all = recurrence.sequences.iter().zip(&self.forms);
         for (sequence, form) in all.filter(|(sequence, _)| shown(&sequence.name)) {
             lines.extend(form_lines(form, &sequence.name, &recurrence.index, recurrence.from));
+            if let (Some(as_far), Some(last)) = (self.as_far(), lines.last_mut()) {
+                end_with(last, &as_far.last, &recurrence.index);
+            }
+        }
+        if let Some(AsFar { last, reason, .. }) = self.as_far() {
+            lines.push(format!("after {} = {last} no form is known: {reason}", recurrence.index));
         }
         for line in self.conditions.iter().map(needed) {
             if !lines.contains(&line) {
@@ -36,6 +42,15 @@ impl Solved {
         }
         lines
     }
+}
+
+/// The last line of a form that is known up to an index.
+fn end_with(line: &mut String, last: &Value, index: &Name) {
+    let whole = format!(" for {last} <= {index}");
+    *line = match line.strip_suffix(&whole) {
+        Some(form) => format!("{form} for {index} = {last}"),
+        None => format!("{line} for {index} <= {last}"),
+    };
 }
 
 fn form_lines(form: &Form, name: &Name, index: &Name, from: i64) -> Vec<String> {

@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Unknown;
+use super::as_far::FirstLegs;
 use super::region::Guard;
 use super::sequences::Found;
 use super::switching::{Leg, Place, Switching};
@@ -29,14 +30,30 @@ pub(super) fn in_modes(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Found>, Unknown> {
+    let Some(local) = by_modes(recurrence) else { return Ok(Vec::new()) };
+    Switching::new(recurrence, known, stop).legs(MOST_LEGS, &local)
+}
+
+/// The forms of its first modes, where there are none of all.
+pub(super) fn first_modes(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<FirstLegs> {
+    let local = by_modes(recurrence)?;
+    Switching::new(recurrence, known, stop).first_legs(MOST_LEGS, &local)
+}
+
+/// What holds from a place on, where some sequences are modes of the others.
+fn by_modes(recurrence: &Recurrence) -> Option<impl Fn(&Switching<'_>, &Place) -> Result<Leg, Unknown>> {
     let modes = modes(recurrence);
     let changes = modes.values().any(|values| values.len() > 1);
     if !changes || modes.len() == recurrence.sequences.len() {
-        return Ok(Vec::new());
+        return None;
     }
     let modes: BTreeSet<usize> = modes.into_keys().collect();
     let entered: RefCell<Vec<Vec<Vec<Value>>>> = RefCell::default();
-    Switching::new(recurrence, known, stop).legs(MOST_LEGS, &|switching, place| {
+    Some(move |switching: &Switching<'_>, place: &Place| {
         let leg = local(switching, &modes, place)?;
         // What comes back to a mode at a time that is a symbol goes round for ever.
         if matches!(leg, Leg::While(..)) {

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use super::as_far::FirstLegs;
 use super::from_zero::later;
 use super::ranges::{after, as_pieces, joined, trimmed, up_to};
 use super::reach::reach;
@@ -18,6 +19,8 @@ use crate::value::{Atom, Relation, Value};
 
 /// The most pieces.
 const MOST_PIECES: usize = 24;
+/// The most of those that are told where there are no forms of all.
+const MOST_FIRST: usize = 4;
 /// The longest value at which a piece may begin.
 const MOST_SIZE: usize = 130;
 /// The most first terms that are listed before forms that are no values.
@@ -55,6 +58,16 @@ pub(super) fn switching(
     Switching::new(recurrence, known, stop).legs(MOST_PIECES, &|switching, place| switching.local(place))
 }
 
+/// The forms of the first of these, where there are none of all.
+pub(super) fn first_switches(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<FirstLegs> {
+    let switching = compares(recurrence).then(|| Switching::new(recurrence, known, stop))?;
+    switching.first_legs(MOST_FIRST, &|switching, place| switching.local(place))
+}
+
 /// Whether a maximum or condition reads a term, or the index.
 pub(super) fn compares(recurrence: &Recurrence) -> bool {
     let terms = recurrence.terms();
@@ -78,19 +91,44 @@ impl<'a> Switching<'a> {
         Switching { recurrence, stop, known: known.clone(), conditions: Vec::new(), pieces }
     }
 
+    fn start(&self) -> Place {
+        let starts = self.recurrence.sequences.iter().map(|sequence| sequence.start.clone()).collect();
+        Place { from: Value::zero(), starts }
+    }
+
     /// The forms, leg by leg, so many at most.
     pub(super) fn legs(mut self, most: usize, local: Local<'_>) -> Result<Vec<Found>, Unknown> {
-        let starts = self.recurrence.sequences.iter().map(|sequence| sequence.start.clone()).collect();
-        let mut place = Place { from: Value::zero(), starts };
+        let mut place = self.start();
+        self.go(&mut place, most, local)
+    }
+
+    /// The forms of the first legs, so many at most, where there are none of all, and where they end; none where these need
+    /// more than what is known.
+    pub(super) fn first_legs(mut self, most: usize, local: Local<'_>) -> Option<FirstLegs> {
+        let mut place = self.start();
+        let why = self.go(&mut place, most, local).err()?;
+        if place.from.is_zero() || !self.conditions.is_empty() {
+            return None;
+        }
+        let index = &self.recurrence.index;
+        for (pieces, start) in self.pieces.iter_mut().zip(&place.starts) {
+            pieces.push(Piece { from: place.from.clone(), until: None, form: start.first()?.clone() });
+        }
+        let forms = self.pieces.iter().map(|pieces| as_form(joined(pieces, index, &self.known))).collect();
+        Some((forms, place.from, why.reason))
+    }
+
+    /// Goes on from a place, leg by leg, to the last one, which is for ever.
+    fn go(&mut self, place: &mut Place, most: usize, local: Local<'_>) -> Result<Vec<Found>, Unknown> {
         for _ in 0..most {
-            place = match local(&self, &place)? {
-                Leg::Step(next) => self.step(&place, next)?,
+            *place = match local(self, place)? {
+                Leg::Step(next) => self.step(place, next)?,
                 Leg::While(local, guards) => {
-                    let solved = self.solved(local, &place)?;
+                    let solved = self.solved(local, place)?;
                     let Some((length, failed)) = self.length(&solved, &guards, &place.from)? else {
-                        return self.found(&solved, &place);
+                        return self.found(&solved, place);
                     };
-                    self.go_on(&solved, &place, &length, &failed)?
+                    self.go_on(&solved, place, &length, &failed)?
                 }
             };
             if place.starts.iter().flatten().chain([&place.from]).any(|value| value.size() > MOST_SIZE) {
@@ -225,7 +263,7 @@ impl<'a> Switching<'a> {
     }
 
     /// All forms, of which these are the last.
-    fn found(mut self, solved: &Solved, place: &Place) -> Result<Vec<Found>, Unknown> {
+    fn found(&mut self, solved: &Solved, place: &Place) -> Result<Vec<Found>, Unknown> {
         let index = &self.recurrence.index;
         let mut all = Vec::new();
         let after_others = self.after_all(solved, place);

@@ -1,12 +1,12 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use super::solve::{Asked, found_lines, in_layout, left_out, with_otherwise};
+use super::solve::{Asked, found_lines, in_layout, left_out, proof_of, with_otherwise};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared, simpler};
 use crate::lower::Question;
 use crate::recurrence::{
-    InCase, MOST_PAIRS, Reach, Unknown, either_way, lesser, pairs, parameters, reach, read_by, solve_in_cases,
+    InCase, MOST_PAIRS, Reach, Unknown, as_far_as, either_way, lesser, pairs, parameters, reach, read_by, solve_in_cases,
     solve_until,
 };
 use crate::value::{Relation, Value};
@@ -21,6 +21,8 @@ pub(super) struct InOrders {
     pub(super) found: Vec<(Reach, Assumptions)>,
     /// The same as one, where it can be written so.
     pub(super) merged: Option<Reach>,
+    /// Whether some forms are not known for every index; then each case tells its proof.
+    pub(super) in_part: bool,
 }
 
 /// One order: what is assumed, the forms, and what was found.
@@ -211,12 +213,28 @@ fn as_simple(found: Reach, known: &Assumptions) -> Reach {
 
 /// The forms and what is found with them, or what is open.
 fn answer_or_open(question: &Question, known: &Assumptions, stop: &dyn Fn() -> bool) -> Result<(Solved, Reach), Open> {
-    let solved = solve_until(question.recurrence.clone(), known, stop).map_err(|unknown| (unknown, None))?;
+    let solved = match solve_until(question.recurrence.clone(), known, stop) {
+        Ok(solved) => solved,
+        Err(unknown) => return by_first_legs(question, known, stop).ok_or((unknown, None)),
+    };
     match asked_there(question, Some(&solved), known, stop) {
         Some(Reach::Unknown(unknown)) => Err((unknown.clone(), Some(Box::new((solved, Reach::Unknown(unknown)))))),
         Some(found) => Ok((solved, found)),
         None => Err((Unknown::because("nothing is asked"), None)),
     }
+}
+
+/// The forms as far as they are known, where that is far enough for the first index.
+pub(super) fn by_first_legs(
+    question: &Question,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<(Solved, Reach)> {
+    let forms = as_far_as(&question.recurrence, known, stop)?;
+    let found = asked_there(question, Some(&forms), known, stop)?;
+    let Reach::At(at, conditions) = &found else { return None };
+    let there = conditions.is_empty() && known.decide(Relation::Lte, at, &forms.as_far()?.last) == Some(true);
+    there.then_some((forms, found))
 }
 
 /// What is not known, with what is all the same.
@@ -232,18 +250,21 @@ fn in_each(
     let (relation, left, right) = question.find.as_ref()?;
     let goal = (*relation, left, right);
     let mut told = Vec::new();
+    let in_part = cases.iter().any(|case| case.found.0.as_far().is_some());
     for case in &cases {
         let (solved, found) = &case.found;
         let asked = Asked { question, goal, forms: solved, levels };
         let own = with_otherwise(found, &asked, Vec::new(), &case.known, stop);
-        let own = solved.lines().into_iter().chain(own).chain(left_out(solved, (question, true), &case.known, stop));
+        let proof = in_part.then(|| proof_of(solved));
+        let beside = left_out(solved, (question, true), &case.known, stop);
+        let own = solved.lines().into_iter().chain(proof).chain(own).chain(beside);
         told.push((case.assumed.clone(), own.collect()));
     }
     let forms = cases.first().map(|case| case.found.0.lines().len());
     let lines = in_layout(joined(told).into_iter().map(|(case, own)| (title(&case), own)).collect(), forms);
     let found: Vec<(Reach, Assumptions)> = cases.into_iter().map(|case| (case.found.1, case.known)).collect();
     let known = found.iter().any(|(found, _)| !is_open(found));
-    known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
+    known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None, in_part })
 }
 
 fn told(
@@ -279,6 +300,7 @@ fn told(
         recurrence: recurrence.clone(),
         found: cases.iter().map(|case| (case.found.clone(), case.known.clone())).collect(),
         merged,
+        in_part: false,
     })
 }
 

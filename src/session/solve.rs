@@ -10,11 +10,12 @@ use std::collections::BTreeMap;
 use checked::no_earlier;
 use choices::{choices, decided, required};
 pub(super) use layout::in_layout;
+pub(super) use layout::proof_of;
 use layout::{is_title, proof, with_needs};
 use otherwise::MOST_LEVELS;
 pub(super) use otherwise::{Asked, with_otherwise};
 
-use super::orders::{InOrders, first_index, in_orders};
+use super::orders::{InOrders, by_first_legs, first_index, in_orders};
 use super::reading::Waiting;
 use super::satisfies::cut;
 use crate::assumption::Assumptions;
@@ -129,7 +130,13 @@ fn answered(
 ) -> (Vec<String>, Vec<Expected>) {
     let recurrence = &question.recurrence;
     let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
-    let found = asked.map(|goal| first_index(question, solved.as_ref().ok(), goal, known, stop));
+    let mut found = asked.map(|goal| first_index(question, solved.as_ref().ok(), goal, known, stop));
+    let mut solved = solved;
+    if let (Some(Reach::Unknown(_)), Err(_)) = (&found, &solved)
+        && let Some((forms, first)) = by_first_legs(question, known, stop)
+    {
+        (solved, found) = (Ok(forms), Some(first));
+    }
     if let Some(Reach::Unknown(unknown)) = &found
         && let Some(found) = in_orders(question, solved.as_ref(), (unknown, MOST_LEVELS), known, stop)
     {
@@ -143,7 +150,7 @@ fn answered(
     let mut lines = match &solved {
         Ok(solved) => {
             let mut lines = solved.lines();
-            lines.push(proof(recurrence));
+            lines.push(proof_of(solved));
             lines.extend(left_out(solved, (question, true), known, stop));
             lines
         }
@@ -189,10 +196,12 @@ fn in_each_order(
     (waiting, known): Given<'_>,
     stop: &dyn Fn() -> bool,
 ) -> (Vec<String>, Vec<Expected>) {
-    let InOrders { mut lines, recurrence: asked, found, merged } = found;
+    let InOrders { mut lines, recurrence: asked, found, merged, in_part } = found;
     // It is told with the forms: behind them where they are the same in each case, or behind all cases.
     let forms = lines.iter().position(|line| is_title(line)).filter(|before| *before > 0);
-    lines.insert(forms.unwrap_or(lines.len()), proof(&asked));
+    if !in_part {
+        lines.insert(forms.unwrap_or(lines.len()), proof(&asked));
+    }
     if let Some(solved) = solved {
         lines.extend(left_out_of_all(&lines, solved, question, known, stop));
     }
@@ -234,6 +243,9 @@ pub(super) fn left_out(
     stop: &dyn Fn() -> bool,
 ) -> Vec<String> {
     let mut lines = Vec::new();
+    if solved.as_far().is_some() {
+        return lines;
+    }
     for special in special_cases(solved, known, stop) {
         let (recurrence, forms) = (special.solved.recurrence(), &special.solved);
         let mut own = forms.lines();
@@ -447,6 +459,8 @@ fn is_met(
     found: Option<&Reach>,
     known: &Assumptions,
 ) -> bool {
+    // What comes after the last index of the forms is not as they say.
+    let solved = solved.filter(|solved| solved.as_far().is_none());
     let met = |name: &Name, value: &Value| is_met(name, value, recurrence, solved, found, known);
     if let Some(parts) = value.components() {
         let (base, at) = name.as_str().split_once('(').map_or((name.as_str(), None), |(base, at)| (base, Some(at)));

@@ -1,6 +1,7 @@
 //! How an answer is laid out: the forms, what they need, how they were checked, and what follows in each case.
 
-use crate::closed_form::{Comparison, Recurrence, needed};
+use crate::closed_form::{Comparison, Recurrence, Solved, needed};
+use crate::value::Value;
 
 /// With this the line begins that tells the proof of the forms.
 const CHECKED: &str = "checked by induction";
@@ -39,6 +40,18 @@ pub(super) fn with_needs(mut lines: Vec<String>, needs: &[Comparison]) -> Vec<St
 
 /// How the forms were checked.
 pub(super) fn proof(recurrence: &Recurrence) -> String {
+    proof_up_to(recurrence, None)
+}
+
+/// The same of forms that may be known as far as an index.
+pub(in crate::session) fn proof_of(solved: &Solved) -> String {
+    match solved.as_far() {
+        Some(as_far) => proof_up_to(&as_far.whole, Some(&as_far.last)),
+        None => proof(solved.recurrence()),
+    }
+}
+
+fn proof_up_to(recurrence: &Recurrence, as_far: Option<&Value>) -> String {
     let index = &recurrence.index;
     let starts = recurrence.sequences.iter().flat_map(|sequence| {
         let terms = sequence.start.iter().enumerate();
@@ -48,6 +61,7 @@ pub(super) fn proof(recurrence: &Recurrence) -> String {
         .sequences
         .iter()
         .map(|sequence| format!("{} = {}", recurrence.term(&sequence.name, sequence.start.len()), sequence.next));
+    let last = as_far.map_or_else(String::new, |last| format!(" with {index} < {last}"));
     let (starts, steps) = (starts.collect::<Vec<_>>().join(", "), steps.collect::<Vec<_>>().join(", "));
-    format!("{CHECKED} on {index}: {starts}; for every {index} >= {}, {steps}", recurrence.from)
+    format!("{CHECKED} on {index}: {starts}; for every {index} >= {}{last}, {steps}", recurrence.from)
 }
