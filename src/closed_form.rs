@@ -40,8 +40,8 @@ use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
-pub use as_far::AsFar;
 pub(crate) use apart::{Case, closures, in_cases, needs_in_cases};
+pub use as_far::AsFar;
 pub(crate) use behind::behind;
 pub(crate) use cells::{Cell, NotKnown, cells, cells_or_none};
 pub use defined::first_zero;

@@ -34,7 +34,10 @@ impl Solved {
                 return Err(Unchecked(format!("{} depends on more than the term before", sequence.name)));
             };
             let here = Value::variable(&recurrence.term(&sequence.name, 0));
-            Ok(Sequence { next: Value::choose(Relation::Lss, &index, &last, &sequence.next, &here)?, ..sequence.clone() })
+            Ok(Sequence {
+                next: Value::choose(Relation::Lss, &index, &last, &sequence.next, &here)?,
+                ..sequence.clone()
+            })
         };
         let sequences = recurrence.sequences.iter().map(stays).collect::<Result<_, _>>()?;
         let own = Recurrence { sequences, ..recurrence.clone() };

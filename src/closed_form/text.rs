@@ -46,9 +46,10 @@ impl Solved {
 
 /// The last line of a form that is known up to an index.
 fn end_with(line: &mut String, last: &Value, index: &Name) {
-    let whole = format!(" for {last} <= {index}");
-    *line = match line.strip_suffix(&whole) {
+    let (alone, open) = (format!(" for {last} <= {index}"), format!(" <= {index}"));
+    *line = match line.strip_suffix(&alone) {
         Some(form) => format!("{form} for {index} = {last}"),
+        None if line.ends_with(&open) => format!("{line} <= {last}"),
         None => format!("{line} for {index} <= {last}"),
     };
 }

@@ -173,24 +173,53 @@ fn behind_an_index(parts: &[Compared], sides: &Sides<'_>, known: &Assumptions) -
             Part { relation: *relation, pieces: vec![Piece { from: zero.clone(), until: None, form: value.clone() }] };
         part.moves(index, known, true)
     };
-    let [(relation, value)] = others.as_slice() else { return None };
+    // What is not below and not above is equal.
+    let (relation, value) = match others.as_slice() {
+        [(relation, value)] => (relation, value),
+        [(Relation::Gte, value), (Relation::Gte, other)] if value.neg().ok()? == *other => (&Relation::Eq, value),
+        _ => return None,
+    };
     let bounds: Vec<Comparison> =
         early.iter().map(|(relation, value)| (*relation, value.clone(), zero.clone())).collect();
     let Reach::At(from, none) = last_of_firsts(&bounds, known, sides.first).filter(|_| early.iter().all(rises))? else {
         return None;
     };
-    let pieces = (sides.pieces)(value)?;
-    let ([Piece { until: None, form, .. }], true) =
-        (pieces.as_slice(), none.is_empty() && from.as_rational().is_some())
-    else {
+    if !none.is_empty() || from.as_rational().is_none() {
         return None;
+    }
+    let later = match from_on((sides.pieces)(value)?, &from, index, known)? {
+        Ok(later) => later,
+        Err(asked) => return Some(asked),
     };
-    let form = form.with(index, &Value::variable(index).add(&from).ok()?).ok()?;
-    let later = vec![Piece { from: zero.clone(), until: None, form }];
     Some(match by_any_shape(later, index, *relation, known)? {
         Reach::At(at, conditions) => Reach::At(at.add(&from).ok()?, conditions),
         other => other,
     })
+}
+
+/// The pieces from an index on, counted from there; what would have to be known of where one ends, if that is it.
+pub(super) fn from_on(
+    pieces: Vec<Piece>,
+    from: &Value,
+    index: &Name,
+    known: &Assumptions,
+) -> Option<Result<Vec<Piece>, Reach>> {
+    let zero = Value::zero();
+    let shifted = Value::variable(index).add(from).ok()?;
+    let mut later = Vec::new();
+    for piece in pieces {
+        let until = piece.until.as_ref().map(|until| until.sub(from)).transpose().ok()?;
+        if let Some(until) = &until {
+            match known.decide(Relation::Gtr, until, &zero) {
+                Some(true) => {}
+                Some(false) => continue,
+                None => return Some(Err(Reach::undecided(Relation::Gtr, until, &zero))),
+            }
+        }
+        let first = if later.is_empty() { zero.clone() } else { piece.from.sub(from).ok()? };
+        later.push(Piece { from: first, until, form: piece.form.with(index, &shifted).ok()? });
+    }
+    Some(Ok(later))
 }
 
 /// The index, if all that holds up to some index holds there.

@@ -20,6 +20,8 @@ const MOST_LEGS: usize = 12;
 /// The most values of a mode, and ways to come from one to another.
 const MOST_VALUES: usize = 12;
 const MOST_WAYS: usize = 256;
+/// The longest first value of a mode.
+const MOST_SIZE: usize = 130;
 
 /// Forms of a recurrence that begins at 0, of which some sequences are modes of the others; none where there are no modes.
 ///
@@ -30,22 +32,18 @@ pub(super) fn in_modes(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Found>, Unknown> {
-    let Some(local) = by_modes(recurrence) else { return Ok(Vec::new()) };
+    let Some(local) = by_modes(recurrence, false) else { return Ok(Vec::new()) };
     Switching::new(recurrence, known, stop).legs(MOST_LEGS, &local)
 }
 
 /// The forms of its first modes, where there are none of all.
-pub(super) fn first_modes(
-    recurrence: &Recurrence,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Option<FirstLegs> {
-    let local = by_modes(recurrence)?;
+pub(super) fn first_modes(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<FirstLegs> {
+    let local = by_modes(recurrence, true)?;
     Switching::new(recurrence, known, stop).first_legs(MOST_LEGS, &local)
 }
 
-/// What holds from a place on, where some sequences are modes of the others.
-fn by_modes(recurrence: &Recurrence) -> Option<impl Fn(&Switching<'_>, &Place) -> Result<Leg, Unknown>> {
+/// What holds from a place on, where some sequences are modes of the others; with an end where they come `once` again.
+fn by_modes(recurrence: &Recurrence, once: bool) -> Option<impl Fn(&Switching<'_>, &Place) -> Result<Leg, Unknown>> {
     let modes = modes(recurrence);
     let changes = modes.values().any(|values| values.len() > 1);
     if !changes || modes.len() == recurrence.sequences.len() {
@@ -56,12 +54,15 @@ fn by_modes(recurrence: &Recurrence) -> Option<impl Fn(&Switching<'_>, &Place) -
     Some(move |switching: &Switching<'_>, place: &Place| {
         let leg = local(switching, &modes, place)?;
         // What comes back to a mode at a time that is a symbol goes round for ever.
-        if matches!(leg, Leg::While(..)) {
-            let own = modes.iter().map(|own| place.starts[*own].clone()).collect();
-            if place.from.as_rational().is_none() && entered.borrow().contains(&own) {
-                return Err(Unknown::because("its modes come round again and again"));
-            }
-            entered.borrow_mut().push(own);
+        let own = modes.iter().map(|own| place.starts[*own].clone()).collect();
+        let mut entered = entered.borrow_mut();
+        let goes_on = matches!(leg, Leg::While(..));
+        let round = if once { entered.last() != Some(&own) } else { goes_on && place.from.as_rational().is_none() };
+        if round && entered.contains(&own) {
+            return Err(Unknown::because("its modes come round again and again"));
+        }
+        if once || goes_on {
+            entered.push(own);
         }
         Ok(leg)
     })
@@ -89,10 +90,13 @@ fn values(recurrence: &Recurrence, own: usize) -> Option<Vec<Value>> {
     if !sequence.next.atoms().iter().all(plain) {
         return None;
     }
+    if sequence.start.iter().any(|start| start.size() > MOST_SIZE) {
+        return None;
+    }
     let mut found = sequence.start.clone();
     let mut place = 0;
     while let Some(value) = found.get(place).cloned() {
-        for next in ways(&sequence.next.with(&here, &value).ok()?)? {
+        for next in ways(&sequence.next.with(&here, &value).ok()?, &moving)? {
             if moving(&next) {
                 return None;
             }
@@ -108,12 +112,13 @@ fn values(recurrence: &Recurrence, own: usize) -> Option<Vec<Value>> {
     Some(found)
 }
 
-/// What a value may be as its conditions hold or not.
-fn ways(value: &Value) -> Option<Vec<Value>> {
+/// What a value may be as those conditions in it hold or not that move.
+fn ways(value: &Value, moving: &dyn Fn(&Value) -> bool) -> Option<Vec<Value>> {
     let atoms = value.atoms();
     let conditions: Vec<(&Atom, &Value)> = atoms
         .iter()
         .filter_map(|atom| if let Atom::Positive(condition) = atom { Some((atom, condition)) } else { None })
+        .filter(|(_, condition)| moving(condition))
         .collect();
     let mut all: Vec<(Value, Vec<&Value>)> = vec![(value.clone(), Vec::new())];
     for (atom, condition) in conditions {

@@ -6,8 +6,8 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared, simpler};
 use crate::lower::Question;
 use crate::recurrence::{
-    InCase, MOST_PAIRS, Reach, Unknown, as_far_as, either_way, lesser, pairs, parameters, reach, read_by, solve_in_cases,
-    solve_until,
+    InCase, MOST_PAIRS, Reach, Unknown, as_far_as, either_way, lesser, pairs, parameters, reach, reach_since, read_by,
+    solve_in_cases, solve_until,
 };
 use crate::value::{Relation, Value};
 use crate::verify::Merge;
@@ -173,6 +173,12 @@ pub(super) fn first_index(
     let recurrence = solved.map_or(&question.recurrence, Solved::recurrence);
     let found = as_simple(reach(recurrence, solved, goal, known, stop), known);
     let own = question.find.as_ref().is_some_and(|(relation, left, right)| goal == (*relation, left, right));
+    if let (Reach::Unknown(_), Some(solved), Some((from, (relation, left, right))), true) =
+        (&found, solved, &question.since, own)
+        && let Some(later) = reach_since(solved, *from, (*relation, left, right), known, stop)
+    {
+        return as_simple(later, known);
+    }
     if !matches!(found, Reach::Unknown(_)) || question.either.is_empty() || !own {
         return found;
     }
@@ -215,7 +221,9 @@ fn as_simple(found: Reach, known: &Assumptions) -> Reach {
 fn answer_or_open(question: &Question, known: &Assumptions, stop: &dyn Fn() -> bool) -> Result<(Solved, Reach), Open> {
     let solved = match solve_until(question.recurrence.clone(), known, stop) {
         Ok(solved) => solved,
-        Err(unknown) => return by_first_legs(question, known, stop).ok_or((unknown, None)),
+        Err(unknown) => {
+            return by_first_legs(question, known, stop).map_err(|why| (why.unwrap_or(unknown), None));
+        }
     };
     match asked_there(question, Some(&solved), known, stop) {
         Some(Reach::Unknown(unknown)) => Err((unknown.clone(), Some(Box::new((solved, Reach::Unknown(unknown)))))),
@@ -225,16 +233,23 @@ fn answer_or_open(question: &Question, known: &Assumptions, stop: &dyn Fn() -> b
 }
 
 /// The forms as far as they are known, where that is far enough for the first index.
+///
+/// # Errors
+/// What would have to be known for it, if it is not far enough for that reason.
 pub(super) fn by_first_legs(
     question: &Question,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Option<(Solved, Reach)> {
-    let forms = as_far_as(&question.recurrence, known, stop)?;
-    let found = asked_there(question, Some(&forms), known, stop)?;
-    let Reach::At(at, conditions) = &found else { return None };
-    let there = conditions.is_empty() && known.decide(Relation::Lte, at, &forms.as_far()?.last) == Some(true);
-    there.then_some((forms, found))
+) -> Result<(Solved, Reach), Option<Unknown>> {
+    let forms = as_far_as(&question.recurrence, known, stop).ok_or(None)?;
+    let last = forms.as_far().map(|as_far| as_far.last.clone()).ok_or(None)?;
+    match asked_there(question, Some(&forms), known, stop).ok_or(None)? {
+        Reach::At(at, conditions) if conditions.is_empty() && known.decide(Relation::Lte, &at, &last) == Some(true) => {
+            Ok((forms, Reach::At(at, conditions)))
+        }
+        Reach::Unknown(unknown) if unknown.open.is_some() => Err(Some(unknown)),
+        _ => Err(None),
+    }
 }
 
 /// What is not known, with what is all the same.

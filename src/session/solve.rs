@@ -132,10 +132,12 @@ fn answered(
     let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
     let mut found = asked.map(|goal| first_index(question, solved.as_ref().ok(), goal, known, stop));
     let mut solved = solved;
-    if let (Some(Reach::Unknown(_)), Err(_)) = (&found, &solved)
-        && let Some((forms, first)) = by_first_legs(question, known, stop)
-    {
-        (solved, found) = (Ok(forms), Some(first));
+    if let (Some(Reach::Unknown(_)), Err(_)) = (&found, &solved) {
+        match by_first_legs(question, known, stop) {
+            Ok((forms, first)) => (solved, found) = (Ok(forms), Some(first)),
+            Err(Some(why)) => found = Some(Reach::Unknown(why)),
+            Err(None) => {}
+        }
     }
     if let Some(Reach::Unknown(unknown)) = &found
         && let Some(found) = in_orders(question, solved.as_ref(), (unknown, MOST_LEVELS), known, stop)

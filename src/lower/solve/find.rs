@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use num_traits::ToPrimitive;
+
 use super::super::scope::Lowerer;
 use super::super::value::{both, chosen, neither};
 use super::Lengths;
@@ -20,6 +22,8 @@ pub(super) struct Found {
     pub(super) sought: Sides,
     /// Where one of several is to hold, each of these by itself.
     pub(super) either: Vec<Sides>,
+    /// Where it is to hold from a number on, that number, and what is to hold there.
+    pub(super) since: Option<(i64, Sides)>,
     /// How it was asked, where it is another comparison.
     pub(super) asked: Option<String>,
 }
@@ -52,7 +56,7 @@ impl Lowerer<'_> {
         if let [together] = all.as_mut_slice()
             && together.len() == 1
         {
-            return together.pop().map(|sought| Found { sought, either: Vec::new(), asked: None });
+            return together.pop().map(|sought| Found { sought, either: Vec::new(), since: None, asked: None });
         }
         let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
         let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
@@ -68,7 +72,7 @@ impl Lowerer<'_> {
         };
         let either = if all.len() > 1 { all.iter().map(each).collect() } else { Ok(Vec::new()) };
         match as_one(&all, &told).and_then(|sought| Ok((sought, either?))) {
-            Ok((sought, either)) => Some(Found { sought, either, asked: Some(asked) }),
+            Ok((sought, either)) => Some(Found { sought, either, since: since(&all, index), asked: Some(asked) }),
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
     }
@@ -104,6 +108,32 @@ impl Lowerer<'_> {
         Some((one.relation, left, right))
     }
 }
+
+/// Of one comparison that is to hold from a number on, that number: `r(n) = 0 and n > 2`.
+fn since(all: &[Vec<Sides>], index: &Name) -> Option<(i64, Sides)> {
+    let [together] = all else { return None };
+    let least = |(relation, left, right): &Sides| {
+        let bound = right.as_rational().filter(|_| *left == Value::variable(index))?;
+        let bound = match relation {
+            Relation::Gtr => bound.floor().to_integer() + 1,
+            Relation::Gte => bound.ceil().to_integer(),
+            _ => return None,
+        };
+        bound.to_i64().filter(|bound| (1..=MOST_SINCE).contains(bound))
+    };
+    let (mut first, mut others) = (None, Vec::new());
+    for one in together {
+        match least(one) {
+            Some(bound) => first = first.max(Some(bound)),
+            None => others.push(one),
+        }
+    }
+    let [only] = others.as_slice() else { return None };
+    Some((first?, (*only).clone()))
+}
+
+/// The latest number from which something is to hold.
+const MOST_SINCE: i64 = 1_000;
 
 /// What is above 0, or at least 0, just where a comparison holds, of vectors by their distance; whether it must be above.
 fn excess((relation, left, right): &Sides) -> Result<(Value, bool), ValueError> {
