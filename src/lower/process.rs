@@ -171,7 +171,7 @@ impl Lowerer<'_> {
                 let letters: Vec<Name> = (0..*count).map(|index| Name::new(&format!("x{}", index + 1))).collect();
                 let fits = self.arity(name, arguments.len(), &letters, span);
                 self.no_results(name, results);
-                let values: Vec<_> = arguments.iter().map(|argument| self.number(argument)).collect();
+                let values: Vec<_> = arguments.iter().map(|argument| self.as_shown(argument)).collect();
                 fits?;
                 Some(Term::new(Node::Observe(name.name.clone(), values.into_iter().collect::<Option<Vec<_>>>()?)))
             }

@@ -32,6 +32,7 @@ impl Environment {
             Some(Restriction::Within(within)) => Some(within),
             None => None,
         };
+        lowerer.vectors_shown(body);
         let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
         lowerer.check_tails(body, &|called| *called == name.name);
         if let Some(within) = within {

@@ -339,6 +339,51 @@ impl Search<'_> {
 }
 
 impl Lowerer<'_> {
+    /// A value to be found, by its components where it stands beside a vector.
+    pub(super) fn beside(&mut self, value: &Value, other: &Value) -> Value {
+        let unknown = value.as_variable().filter(|name| name.is_meta());
+        let (Some(name), Sort::Vector(length)) = (unknown, other.sort()) else { return value.clone() };
+        self.components_of(name, length).unwrap_or_else(|| value.clone())
+    }
+
+    /// A name, by its components where it is known to be a vector.
+    pub(super) fn whole_or_components(&mut self, name: &Name) -> Option<Value> {
+        match self.shapes.get(name).copied() {
+            Some(length) => self.components_of(name, length),
+            None => Some(Value::variable(name)),
+        }
+    }
+
+    /// A value that is shown: a name for what is looked for stands for it as a whole.
+    pub(super) fn as_shown(&mut self, argument: &Written) -> Option<Value> {
+        let value = self.number(argument)?;
+        match &argument.kind {
+            ValueKind::Name(ident) if ident.name.is_meta() => Some(Value::variable(&ident.name)),
+            _ => Some(value),
+        }
+    }
+
+    /// Notes which names for what is looked for are vectors, from what the observers show.
+    pub(super) fn vectors_shown(&mut self, body: &Term) {
+        for term in body.all() {
+            let TermKind::Apply { name, arguments, .. } = &term.kind else { continue };
+            let names = arguments.iter().map(|argument| match &argument.kind {
+                ValueKind::Name(ident) if ident.name.is_meta() => Some(&ident.name),
+                _ => None,
+            });
+            if !matches!(self.environment.entity(&name.name), Some(Entity::Observer(_)))
+                || names.clone().all(|name| name.is_none())
+            {
+                continue;
+            }
+            for (shown, length) in names.zip(self.environment.lengths(&name.name, None)) {
+                if let (Some(shown), Some(length)) = (shown, length) {
+                    self.shapes.insert(shown.clone(), length);
+                }
+            }
+        }
+    }
+
     /// A name that is a vector, by its components.
     pub(super) fn components_of(&mut self, name: &Name, length: usize) -> Option<Value> {
         let parts = (1..=length).map(|place| {

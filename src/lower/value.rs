@@ -176,13 +176,6 @@ impl Lowerer<'_> {
         whole
     }
 
-    /// A value to be found, by its components where it stands beside a vector.
-    fn beside(&mut self, value: &Value, other: &Value) -> Value {
-        let unknown = value.as_variable().filter(|name| name.is_meta());
-        let (Some(name), Sort::Vector(length)) = (unknown, other.sort()) else { return value.clone() };
-        self.components_of(name, length).unwrap_or_else(|| value.clone())
-    }
-
     /// What a name stands for, which must be of this class.
     pub(super) fn name(&mut self, ident: &Ident, class: Class) -> Option<Value> {
         let name = &ident.name;
@@ -211,7 +204,7 @@ impl Lowerer<'_> {
                 return self.port_as_value(ident, place);
             }
             self.must_be(name, class, ident.span);
-            return Some(Value::variable(name));
+            return self.whole_or_components(name);
         }
         if let Some(image) = self.images.get(name) {
             return Some(image.clone());
@@ -219,10 +212,7 @@ impl Lowerer<'_> {
         let name = if self.locals.contains_key(name) { name } else { &self.result_name(name).clone() };
         if self.locals.contains_key(name) || self.results.contains_key(name) {
             self.must_be(name, class, ident.span);
-            if let Some(length) = self.shapes.get(name).copied() {
-                return self.components_of(name, length);
-            }
-            return Some(Value::variable(name));
+            return self.whole_or_components(name);
         }
         match self.environment.quantity(name) {
             Some(Quantity::Parameter { class: declared, .. }) if *declared != class => {
