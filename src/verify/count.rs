@@ -172,12 +172,43 @@ impl Walker<'_> {
         let vector = matches!(said.left.sort(), Sort::Vector(_)) && said.relation == Relation::Neq;
         let tells = |found: &Result<Reach, Unsure>| matches!(found, Ok(Reach::At(..) | Reach::Never(_)));
         let by_components = told(&one_difference);
-        let by_distance = (vector && !tells(&by_components)).then(|| told(&distance)).filter(tells);
-        let found = by_distance.unwrap_or(by_components)?;
+        let mut found = by_components;
+        if vector && !tells(&found) {
+            let by_parts = || self.last_of_parts(said, names, &all).map(Ok);
+            found = Some(told(&distance)).filter(tells).or_else(by_parts).unwrap_or(found);
+        }
+        let found = found?;
         Ok(match found {
             Reach::Never(reason) => Reach::Never(format!("of {}-({}), {reason}", said.left, said.right)),
             found => found,
         })
+    }
+
+    /// The first index at which two vectors are equal of which each component, once it is equal, stays so: the last of
+    /// the first ones of the components, each of which reads one variable.
+    fn last_of_parts(&self, said: &Test, names: &[&Name], all: &[Vec<Piece>]) -> Option<Reach> {
+        let known = &self.assumptions;
+        let (mut indices, mut needed) = (Vec::new(), Vec::new());
+        for part in said.left.sub(&said.right).ok()?.components()? {
+            let mut read = names.iter().zip(all).filter(|(name, _)| part.mentions(name));
+            let (Some((name, own)), None) = (read.next(), read.next()) else { return None };
+            let difference = |piece: &Piece| {
+                let form = known.simplify(&part.with(name, &piece.form).ok()?);
+                Some(Piece { form, ..piece.clone() })
+            };
+            let pieces = own.iter().map(difference).collect::<Option<Vec<_>>>()?;
+            let last = pieces.last().filter(|last| last.form.is_zero())?.from.clone();
+            let closed = Closed { variable: (*name).clone(), pieces, conditions: Vec::new() };
+            let Reach::At(at, conditions) = first(&closed, &self.index, &Goal::Equals(Value::zero()), known) else {
+                return None;
+            };
+            if known.decide(Relation::Gte, &at, &last) != Some(true) {
+                return None;
+            }
+            indices.push(at);
+            needed.extend(conditions);
+        }
+        Some(Reach::At(known.simplify(&Value::maximum(&indices).ok()?), needed))
     }
 
     /// The first index at which a test holds of what several variables are, by one number that tells in each piece of them.
