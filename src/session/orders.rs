@@ -171,14 +171,14 @@ pub(super) fn first_index(
     stop: &dyn Fn() -> bool,
 ) -> Reach {
     let recurrence = solved.map_or(&question.recurrence, Solved::recurrence);
-    let found = as_simple(reach(recurrence, solved, goal, known, stop), known);
     let own = question.find.as_ref().is_some_and(|(relation, left, right)| goal == (*relation, left, right));
-    if let (Reach::Unknown(_), Some(solved), Some((from, (relation, left, right))), true) =
-        (&found, solved, &question.since, own)
-        && let Some(later) = reach_since(solved, *from, (*relation, left, right), known, stop)
-    {
-        return as_simple(later, known);
+    if let (Some(solved), Some((from, (relation, left, right))), true) = (solved, &question.since, own) {
+        match reach_since(solved, *from, (*relation, left, right), known, stop) {
+            None | Some(Reach::Unknown(Unknown { open: None, .. })) => {}
+            Some(found) => return as_simple(found, known),
+        }
     }
+    let found = as_simple(reach(recurrence, solved, goal, known, stop), known);
     if !matches!(found, Reach::Unknown(_)) || question.either.is_empty() || !own {
         return found;
     }

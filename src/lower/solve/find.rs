@@ -72,7 +72,9 @@ impl Lowerer<'_> {
         };
         let either = if all.len() > 1 { all.iter().map(each).collect() } else { Ok(Vec::new()) };
         match as_one(&all, &told).and_then(|sought| Ok((sought, either?))) {
-            Ok((sought, either)) => Some(Found { sought, either, since: since(&all, index), asked: Some(asked) }),
+            Ok((sought, either)) => {
+                Some(Found { sought, either, since: since(&all, index, &told), asked: Some(asked) })
+            }
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
     }
@@ -109,8 +111,9 @@ impl Lowerer<'_> {
     }
 }
 
-/// Of one comparison that is to hold from a number on, that number: `r(n) = 0 and n > 2`.
-fn since(all: &[Vec<Sides>], index: &Name) -> Option<(i64, Sides)> {
+/// Of one comparison that is to hold from a number on, that number: `r(n) = 0 and n > 2`. What may be undefined is looked
+/// at where what stands before it holds, and so from the first index on where nothing does.
+fn since(all: &[Vec<Sides>], index: &Name, told: &Told) -> Option<(i64, Sides)> {
     let [together] = all else { return None };
     let least = |(relation, left, right): &Sides| {
         let bound = right.as_rational().filter(|_| *left == Value::variable(index))?;
@@ -125,6 +128,7 @@ fn since(all: &[Vec<Sides>], index: &Name) -> Option<(i64, Sides)> {
     for one in together {
         match least(one) {
             Some(bound) => first = first.max(Some(bound)),
+            None if first.is_none() && told.may_be_undefined(one) => return None,
             None => others.push(one),
         }
     }
