@@ -29,7 +29,7 @@ impl Solved {
         for (sequence, form) in all.filter(|(sequence, _)| shown(&sequence.name)) {
             lines.extend(form_lines(form, &sequence.name, &recurrence.index, recurrence.from));
             if let (Some(as_far), Some(last)) = (self.as_far(), lines.last_mut()) {
-                end_with(last, &as_far.last, &recurrence.index);
+                end_with(last, (&sequence.name, &recurrence.index), &as_far.last);
             }
         }
         if let Some(AsFar { last, reason, .. }) = self.as_far() {
@@ -45,10 +45,13 @@ impl Solved {
 }
 
 /// The last line of a form that is known up to an index.
-fn end_with(line: &mut String, last: &Value, index: &Name) {
+fn end_with(line: &mut String, (name, index): (&Name, &Name), last: &Value) {
     let (alone, open) = (format!(" for {last} <= {index}"), format!(" <= {index}"));
     *line = match line.strip_suffix(&alone) {
-        Some(form) => format!("{form} for {index} = {last}"),
+        Some(form) => match form.strip_prefix(&format!("{name}({index}) = ")) {
+            Some(term) if last.as_rational().is_some() => format!("{name}({last}) = {term}"),
+            _ => format!("{form} for {index} = {last}"),
+        },
         None if line.ends_with(&open) => format!("{line} <= {last}"),
         None => format!("{line} for {index} <= {last}"),
     };

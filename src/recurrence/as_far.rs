@@ -1,5 +1,6 @@
 //! The first legs of a motion that has no form as a whole: one that goes back and forth for ever at a symbolic speed.
 
+use super::Unknown;
 use super::modes::first_modes;
 use super::rotation::with_signs;
 use super::switching::first_switches;
@@ -11,15 +12,24 @@ use crate::value::Value;
 pub(super) type FirstLegs = (Vec<Form>, Value, String);
 
 /// Forms of a recurrence as far as they are known, where it goes through modes or its maxima and conditions change.
-pub fn as_far_as(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Solved> {
+///
+/// # Errors
+/// What would have to be known for the first leg, if there is none for that reason.
+pub fn as_far_as(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Solved, Option<Unknown>> {
     if recurrence.from != 0 || recurrence.sequences.iter().any(|sequence| sequence.start.len() != 1) {
-        return None;
+        return Err(None);
     }
     let known = &with_signs(recurrence, known.without_name(&recurrence.index));
     let checked = |(forms, last, reason): FirstLegs| {
-        Solved::as_far_as(recurrence, forms, (last, reason), known).ok().filter(|solved| solved.conditions().is_empty())
+        let solved = Solved::as_far_as(recurrence, forms, (last, reason), known).ok();
+        solved.filter(|solved| solved.conditions().is_empty()).ok_or(None)
     };
-    first_modes(recurrence, known, stop)
-        .and_then(checked)
-        .or_else(|| first_switches(recurrence, known, stop).and_then(checked))
+    first_modes(recurrence, known, stop).and_then(checked).or_else(|why| {
+        let by_switches = first_switches(recurrence, known, stop).and_then(checked);
+        by_switches.map_err(|other| why.or(other))
+    })
 }

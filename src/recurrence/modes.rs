@@ -37,8 +37,12 @@ pub(super) fn in_modes(
 }
 
 /// The forms of its first modes, where there are none of all.
-pub(super) fn first_modes(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<FirstLegs> {
-    let local = by_modes(recurrence, true)?;
+pub(super) fn first_modes(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<FirstLegs, Option<Unknown>> {
+    let local = by_modes(recurrence, true).ok_or(None)?;
     Switching::new(recurrence, known, stop).first_legs(MOST_LEGS, &local)
 }
 

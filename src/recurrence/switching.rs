@@ -63,8 +63,8 @@ pub(super) fn first_switches(
     recurrence: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Option<FirstLegs> {
-    let switching = compares(recurrence).then(|| Switching::new(recurrence, known, stop))?;
+) -> Result<FirstLegs, Option<Unknown>> {
+    let switching = compares(recurrence).then(|| Switching::new(recurrence, known, stop)).ok_or(None)?;
     switching.first_legs(MOST_FIRST, &|switching, place| switching.local(place))
 }
 
@@ -102,20 +102,23 @@ impl<'a> Switching<'a> {
         self.go(&mut place, most, local)
     }
 
-    /// The forms of the first legs, so many at most, where there are none of all, and where they end; none where these need
-    /// more than what is known.
-    pub(super) fn first_legs(mut self, most: usize, local: Local<'_>) -> Option<FirstLegs> {
+    /// The forms of the first legs, so many at most, where there are none of all, and where they end.
+    ///
+    /// # Errors
+    /// What would have to be known for the first of them; nothing where it is something else.
+    pub(super) fn first_legs(mut self, most: usize, local: Local<'_>) -> Result<FirstLegs, Option<Unknown>> {
         let mut place = self.start();
-        let why = self.go(&mut place, most, local).err()?;
+        let why = self.go(&mut place, most, local).err().ok_or(None)?;
         if place.from.is_zero() || !self.conditions.is_empty() {
-            return None;
+            return Err(Some(why).filter(|why| why.open.is_some() && self.conditions.is_empty()));
         }
         let index = &self.recurrence.index;
         for (pieces, start) in self.pieces.iter_mut().zip(&place.starts) {
-            pieces.push(Piece { from: place.from.clone(), until: None, form: start.first()?.clone() });
+            let form = start.first().ok_or(None)?.clone();
+            pieces.push(Piece { from: place.from.clone(), until: None, form });
         }
         let forms = self.pieces.iter().map(|pieces| as_form(joined(pieces, index, &self.known))).collect();
-        Some((forms, place.from, why.reason))
+        Ok((forms, place.from, why.reason))
     }
 
     /// Goes on from a place, leg by leg, to the last one, which is for ever.

@@ -241,7 +241,7 @@ pub(super) fn by_first_legs(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Result<(Solved, Reach), Option<Unknown>> {
-    let forms = as_far_as(&question.recurrence, known, stop).ok_or(None)?;
+    let forms = as_far_as(&question.recurrence, known, stop)?;
     let last = forms.as_far().map(|as_far| as_far.last.clone()).ok_or(None)?;
     match asked_there(question, Some(&forms), known, stop).ok_or(None)? {
         Reach::At(at, conditions) if conditions.is_empty() && known.decide(Relation::Lte, &at, &last) == Some(true) => {
@@ -250,6 +250,11 @@ pub(super) fn by_first_legs(
         Reach::Unknown(unknown) if unknown.open.is_some() => Err(Some(unknown)),
         _ => Err(None),
     }
+}
+
+/// Whether the first index lies in the first legs, or would if something of parameters were known.
+pub(super) fn in_first_legs(question: &Question, known: &Assumptions, stop: &dyn Fn() -> bool) -> bool {
+    question.find.is_some() && !matches!(by_first_legs(question, known, stop), Err(None))
 }
 
 /// What is not known, with what is all the same.

@@ -4,6 +4,7 @@ mod checked;
 mod choices;
 mod layout;
 mod otherwise;
+mod without_form;
 
 use std::collections::BTreeMap;
 
@@ -14,8 +15,9 @@ pub(super) use layout::proof_of;
 use layout::{is_title, proof, with_needs};
 use otherwise::MOST_LEVELS;
 pub(super) use otherwise::{Asked, with_otherwise};
+use without_form::without_form;
 
-use super::orders::{InOrders, by_first_legs, first_index, in_orders};
+use super::orders::{InOrders, by_first_legs, first_index, in_first_legs, in_orders};
 use super::reading::Waiting;
 use super::satisfies::cut;
 use crate::assumption::Assumptions;
@@ -23,8 +25,8 @@ use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, i
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, InCase, Part, Reach, Resting, Special, Stationary, Term, Unknown, at_rest, behaviour, near, parts,
-    reach, read_by, solve_in_cases, solve_until, special_cases,
+    InCase, Part, Reach, Resting, Special, Unknown, as_far_as, at_rest, behaviour, parts, reach, read_by,
+    solve_in_cases, solve_until, special_cases,
 };
 use crate::report::Expected;
 use crate::value::{Relation, Value};
@@ -101,10 +103,12 @@ fn resting(question: &Question, given: Given<'_>, stop: &dyn Fn() -> bool) -> (V
     let Some((recurrence, resting)) = resting else { return answered(question, solved, None, given, stop) };
     let at_rest = solve_until(recurrence.clone(), known, stop);
     let orders = at_rest.as_ref().err().map(|reason| solve_in_cases(&recurrence, reason, known, stop));
-    if orders.as_ref().is_some_and(Vec::is_empty) && !comes_to_rest(&question.recurrence) {
+    let there = Question { recurrence, ..question.clone() };
+    let open = orders.as_ref().is_some_and(Vec::is_empty) && !comes_to_rest(&question.recurrence);
+    if open && !in_first_legs(&there, known, stop) {
         return answered(question, solved, None, given, stop);
     }
-    let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, orders, given, stop);
+    let (mut lines, expected) = answered(&there, at_rest, orders, given, stop);
     lines.splice(0..0, resting.iter().map(Resting::told));
     (lines, expected)
 }
@@ -319,6 +323,11 @@ fn unsolved(question: &Question, reason: &Unknown, known: &Assumptions, stop: &d
     let told: Vec<Option<Vec<String>>> = parts.iter().map(|part| part_lines(part, question, known, stop)).collect();
     if told.iter().all(Option::is_none) {
         let mut lines = vec![format!("no closed form is known: {}", reason.reason)];
+        if let Ok(first_legs) = as_far_as(recurrence, known, stop) {
+            lines = vec![format!("no closed form is known for every {}; the first legs are these", recurrence.index)];
+            lines.extend(first_legs.lines());
+            lines.push(proof_of(&first_legs));
+        }
         lines.extend(without_form(recurrence, &behaviour, |_| true));
         return lines;
     }
@@ -354,79 +363,6 @@ fn part_lines(part: &Part, question: &Question, known: &Assumptions, stop: &dyn 
             (!cases.is_empty())
                 .then(|| each_order(question, (&alone, &format!(" of {}", names.join(", "))), cases, stop))
         }
-    }
-}
-
-/// What is known without a form, of the sequences that have none.
-fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&Name) -> bool) -> Vec<String> {
-    let mut lines = Vec::new();
-    lines.extend(fixed_points(behaviour));
-    lines.extend(behaviour.stationary.as_deref().map(|points| stationary(points, recurrence)));
-    lines.extend(behaviour.motion.clone());
-    let all = recurrence.sequences.iter().zip(&behaviour.terms);
-    for (sequence, terms) in all.filter(|(sequence, _)| open(&sequence.name)) {
-        let last = terms.last();
-        let terms: Vec<String> = terms.iter().map(Term::text).collect();
-        let more = match &behaviour.ended {
-            Some((term, why)) => format!("; there is no {term}: {why}"),
-            None if behaviour.stopped && last.is_some_and(Term::is_symbolic) => {
-                ", …: with its symbols the next term is too long to be of use".to_string()
-            }
-            None => ", …".to_string(),
-        };
-        lines.push(format!("{} from {} on: {}{more}", sequence.name, recurrence.from, terms.join(", ")));
-    }
-    lines
-}
-
-/// What is mapped to itself.
-fn fixed_points(behaviour: &Behaviour) -> Option<String> {
-    let points: Vec<String> = behaviour.fixed_points.iter().map(Value::to_string).collect();
-    let others = behaviour.other_fixed_points.as_deref();
-    let places: Vec<String> = others.unwrap_or_default().iter().map(near).collect();
-    let word = if points.len() + places.len() == 1 { "fixed point" } else { "fixed points" };
-    let roots = |word: &str| {
-        let which = if places.len() == 1 { "a root" } else { "roots" };
-        format!("{word}{}, {which} of higher degree", places.join(" and "))
-    };
-    Some(match (others, points.is_empty(), places.is_empty()) {
-        (Some(_), true, true) => "it has no fixed point".to_string(),
-        (Some(_), false, true) => format!("{word} {}", points.join(" and ")),
-        (Some(_), true, false) => roots(&format!("{word} ")),
-        (Some(_), false, false) => roots(&format!("{word} {}, and ", points.join(" and "))),
-        (None, true, _) => return None,
-        (None, false, _) => format!("{word} {}, and perhaps others, roots of higher degree", points.join(" and ")),
-    })
-}
-
-/// The points at which all sequences stay, with what each needs.
-fn stationary(points: &[Stationary], recurrence: &Recurrence) -> String {
-    let point = |stationary: &Stationary| {
-        let values: Vec<String> = stationary.point.iter().map(Value::to_string).collect();
-        if let [value] = values.as_slice() { value.clone() } else { format!("({})", values.join(",")) }
-    };
-    // Those with the same conditions together.
-    let mut groups: Vec<(&[Comparison], Vec<String>)> = Vec::new();
-    for one in points {
-        match groups.iter_mut().find(|(conditions, _)| *conditions == one.conditions.as_slice()) {
-            Some((_, points)) => points.push(point(one)),
-            None => groups.push((&one.conditions, vec![point(one)])),
-        }
-    }
-    let told: Vec<String> = groups
-        .iter()
-        .map(|(conditions, points)| {
-            let needs: Vec<String> = conditions.iter().map(compared).collect();
-            let needs = if needs.is_empty() { String::new() } else { format!(" if {}", needs.join(" and ")) };
-            format!("{}{needs}", points.join(" and "))
-        })
-        .collect();
-    let names: Vec<&str> = recurrence.sequences.iter().map(|one| one.name.as_str()).collect();
-    let of = if let [_, _, ..] = names.as_slice() { format!("({}) = ", names.join(",")) } else { String::new() };
-    match points {
-        [] => "it has no fixed point".to_string(),
-        [_] => format!("fixed point {of}{}", told.join(", and ")),
-        _ => format!("fixed points {of}{}", told.join(", and ")),
     }
 }
 
