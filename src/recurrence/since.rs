@@ -5,7 +5,7 @@ use super::jointly::from_on;
 use super::reach::{Wanted, reach};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence, Solved};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 /// The first index, `from` or later, at which a comparison of terms holds, by the forms; nothing where these are no pieces.
 pub fn reach_since(
@@ -19,6 +19,15 @@ pub fn reach_since(
     let (index, place) = (&whole.index, Value::integer(from));
     if whole.from != 0 {
         return None;
+    }
+    match reach(whole, Some(solved), (relation, left, right), known, stop) {
+        Reach::At(at, conditions) if conditions.is_empty() => match known.decide(Relation::Gte, &at, &place) {
+            Some(true) => return Some(Reach::At(at, conditions)),
+            Some(false) => {}
+            None => return Some(Reach::undecided(Relation::Gte, &at, &place)),
+        },
+        never @ Reach::Never(_) => return Some(never),
+        _ => {}
     }
     let shifted = Value::variable(index).add(&place).ok()?;
     let moved = |value: &Value| value.with(index, &shifted).ok();

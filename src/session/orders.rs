@@ -50,7 +50,11 @@ pub(super) fn in_orders(
     if pairs.is_empty() && of_numbers && parameters(recurrence, left, right).is_empty() {
         return None;
     }
-    let by_order = pairs.iter().take(MOST_PAIRS).find_map(|(one, other)| {
+    let without = solved.err();
+    // What goes back and forth for ever has no form in any order.
+    let in_legs = without.is_some() && as_far_as(recurrence, known, stop).is_ok();
+    let most_pairs = if in_legs { 0 } else { MOST_PAIRS };
+    let by_order = pairs.iter().take(most_pairs).find_map(|(one, other)| {
         let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
         let mut cases = Vec::new();
         for order in orders {
@@ -69,9 +73,9 @@ pub(super) fn in_orders(
         told(&cases, (question, levels), (one, other), stop)
     });
     // For a form, or with one for the index.
-    let without = solved.err();
-    let in_cases = || in_cases((question, levels), without.unwrap_or(unknown), known, stop);
-    let where_solved = || where_solved((question, levels), without?, known, stop);
+    let reason = without.filter(|_| !in_legs).unwrap_or(unknown);
+    let in_cases = || in_cases((question, levels), (reason, in_legs), known, stop);
+    let where_solved = || where_solved((question, levels), without.filter(|_| !in_legs)?, known, stop);
     let of_those_read = || {
         without?;
         // Of those sequences alone that the question reads.
@@ -113,11 +117,17 @@ fn best(answers: &[&dyn Fn() -> Option<InOrders>], stop: &dyn Fn() -> bool) -> O
 /// The answer in either case of what would have to be known for it; it may be open in some of them.
 fn in_cases(
     (question, levels): (&Question, usize),
-    unknown: &Unknown,
+    (unknown, in_legs): (&Unknown, bool),
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Option<InOrders> {
-    let ask = |known: &Assumptions| answer_or_open(question, known, stop);
+    let ask = |known: &Assumptions| match in_legs {
+        true => by_first_legs(question, known, stop).or_else(|why| match why {
+            Some(why) => Err((why, None)),
+            None => answer_or_open(question, known, stop),
+        }),
+        false => answer_or_open(question, known, stop),
+    };
     in_each(either_way(&question.recurrence, known, unknown, &ask, stop)?, (question, levels), stop)
 }
 
@@ -172,13 +182,24 @@ pub(super) fn first_index(
 ) -> Reach {
     let recurrence = solved.map_or(&question.recurrence, Solved::recurrence);
     let own = question.find.as_ref().is_some_and(|(relation, left, right)| goal == (*relation, left, right));
-    if let (Some(solved), Some((from, (relation, left, right))), true) = (solved, &question.since, own) {
-        match reach_since(solved, *from, (*relation, left, right), known, stop) {
-            None | Some(Reach::Unknown(Unknown { open: None, .. })) => {}
-            Some(found) => return as_simple(found, known),
+    let later = || {
+        let (solved, (from, (relation, left, right))) = (solved?, question.since.as_ref().filter(|_| own)?);
+        match reach_since(solved, *from, (*relation, left, right), known, stop)? {
+            Reach::Unknown(Unknown { open: None, .. }) => None,
+            found => Some(as_simple(found, known)),
         }
+    };
+    // The first legs end, and what is asked of them all would be looked for long.
+    let in_part = solved.is_some_and(|solved| solved.as_far().is_some());
+    if let Some(found) = in_part.then(later).flatten() {
+        return found;
     }
     let found = as_simple(reach(recurrence, solved, goal, known, stop), known);
+    if let (Reach::Unknown(_), false) = (&found, in_part)
+        && let Some(later) = later()
+    {
+        return later;
+    }
     if !matches!(found, Reach::Unknown(_)) || question.either.is_empty() || !own {
         return found;
     }

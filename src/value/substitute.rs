@@ -9,6 +9,7 @@ use super::squares::over_length;
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::name::Name;
 use crate::polynomial::Polynomial;
+use crate::rational;
 
 impl Value {
     /// It with values for variables, all at once.
@@ -255,9 +256,10 @@ fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outco
             continue;
         };
         if stay.is_empty()
-            && let Some(product) = product.as_rational()
+            && let Some(factor) = product.as_rational()
         {
-            *numbers.get_or_insert_with(BigRational::zero) += product * number;
+            let term = rational::product(&factor, number);
+            numbers = Some(numbers.map_or_else(|| term.clone(), |so_far| rational::sum(&so_far, &term)));
             continue;
         }
         let rest = crate::polynomial::Monomial::of(stay).ok_or_else(ValueError::too_large)?;
