@@ -94,27 +94,6 @@ pub enum Entity {
     Property(Property),
 }
 
-impl Entity {
-    /// Whether it is a system or a property whose definition has errors.
-    pub fn is_broken(&self) -> bool {
-        match self {
-            Entity::System(system) => system.components.is_empty(),
-            Entity::Property(property) => property.body.is_none(),
-            _ => false,
-        }
-    }
-
-    /// `process`, `observer`, …
-    pub fn word(&self) -> &'static str {
-        match self {
-            Entity::Process(_) => "process",
-            Entity::Observer(_) => "observer",
-            Entity::System(_) => "system",
-            Entity::Property(_) => "property",
-        }
-    }
-}
-
 /// How a process may be used.
 #[derive(Clone, Debug, Default)]
 pub struct Signature {

@@ -45,6 +45,27 @@ pub(super) struct Opening<'w> {
     notes: BTreeMap<usize, Vec<String>>,
 }
 
+impl Entity {
+    /// Whether it is a system or a property whose definition has errors.
+    pub fn is_broken(&self) -> bool {
+        match self {
+            Entity::System(system) => system.components.is_empty(),
+            Entity::Property(property) => property.body.is_none(),
+            _ => false,
+        }
+    }
+
+    /// `process`, `observer`, …
+    pub fn word(&self) -> &'static str {
+        match self {
+            Entity::Process(_) => "process",
+            Entity::Observer(_) => "observer",
+            Entity::System(_) => "system",
+            Entity::Property(_) => "property",
+        }
+    }
+}
+
 impl Opening<'_> {
     pub(super) fn report(&mut self, index: usize, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         if let Some(errors) = self.errors.get_mut(index) {

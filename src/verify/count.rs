@@ -197,7 +197,7 @@ impl Walker<'_> {
                 Some(Piece { form, ..piece.clone() })
             };
             let pieces = own.iter().map(difference).collect::<Option<Vec<_>>>()?;
-            let last = pieces.last().filter(|last| last.form.is_zero())?.from.clone();
+            let last = pieces.last().filter(|last| last.until.is_none() && last.form.is_zero())?.from.clone();
             let closed = Closed { variable: (*name).clone(), pieces, conditions: Vec::new() };
             let Reach::At(at, conditions) = first(&closed, &self.index, &Goal::Equals(Value::zero()), known) else {
                 return None;
