@@ -38,7 +38,7 @@ pub(super) struct Opening<'w> {
     /// Where each name was declared in this text.
     places: BTreeMap<Name, Span>,
     /// Names that are bound as results by processes from before.
-    bound_before: BTreeSet<Name>,
+    pub(super) bound_before: BTreeSet<Name>,
     /// The items whose names are taken already.
     twice: BTreeSet<usize>,
     /// For each item, what is to be told beside it.
@@ -131,7 +131,7 @@ impl Environment {
                 _ => {}
             }
         }
-        self.settle_vectors(&mut opening, items);
+        self.settle_vectors(&mut opening, items, text);
         self.define_processes(&mut opening, items);
         for (index, item) in items
             .iter()

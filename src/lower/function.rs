@@ -7,7 +7,26 @@ use super::flow::{functions, names};
 use super::scope::{Lowerer, Metas};
 use super::{Environment, Quantity, Template};
 use crate::ast::{self, Header, Ident};
+use crate::diagnostic::Diagnostic;
 use crate::name::Name;
+use crate::value::Value;
+
+impl Lowerer<'_> {
+    /// What a name stands for in the whole text, where no name in it is bound to something else here.
+    pub(super) fn constant(&mut self, ident: &Ident, value: Value) -> Option<Value> {
+        let Some(other) = value.variables().into_iter().find(|name| self.locals.contains_key(name)) else {
+            return Some(value);
+        };
+        self.fail(
+            Diagnostic::error(
+                "P0507",
+                format!("`{}` stands for {value}, and `{other}` is another thing here", ident.name),
+            )
+            .label(ident.span, format!("would be read as what `{other}` is here"))
+            .help(format!("give the `{other}` of this definition another name")),
+        )
+    }
+}
 
 impl Environment {
     /// Takes in a function; what is wrong with it is noted.

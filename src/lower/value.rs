@@ -225,9 +225,8 @@ impl Lowerer<'_> {
                     .label(ident.span, format!("{needed} is needed")),
                 )
             }
-            Some(Quantity::Parameter { constant, .. }) => {
-                Some(constant.clone().unwrap_or_else(|| Value::variable(name)))
-            }
+            Some(Quantity::Parameter { constant: Some(value), .. }) => self.constant(ident, value.clone()),
+            Some(Quantity::Parameter { constant: None, .. }) => Some(Value::variable(name)),
             Some(Quantity::Function { parameters, .. }) => {
                 let example = format!("{name}({})", spelt(parameters));
                 self.fail(

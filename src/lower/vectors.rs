@@ -7,8 +7,9 @@ use std::sync::Arc;
 use super::declare::Opening;
 use super::flow::names;
 use super::shape::Shapes;
-use super::{Class, Environment, Quantity};
+use super::{Class, Environment, Quantity, Template};
 use crate::ast::{Item, ItemKind, Parameter, Term, TermKind, Value as Written, ValueKind};
+use crate::law::Law;
 use crate::name::Name;
 use crate::scope::read_names;
 use crate::value::{Relation, Value};
@@ -103,33 +104,55 @@ fn has_vector(value: &Written) -> bool {
 impl Environment {
     /// Makes vectors of those parameters that a text uses as such, and of which nothing was known so far; what is to be
     /// told of them is noted beside the item that declares them, or the first that uses them.
-    pub(super) fn settle_vectors(&mut self, opening: &mut Opening<'_>, items: &[Item]) {
+    pub(super) fn settle_vectors(&mut self, opening: &mut Opening<'_>, items: &[Item], text: &str) {
         let said = Said::of(items);
         if !said.any {
             return;
         }
-        let open: BTreeSet<Name> = said.names.iter().filter(|name| self.is_open(name, &said)).cloned().collect();
+        let elsewhere = |item: &&Item| {
+            matches!(item.kind, ItemKind::Function(..) | ItemKind::Law(_) | ItemKind::Solve(_) | ItemKind::Criteria(_))
+        };
+        let read: BTreeSet<&str> = items.iter().filter(elsewhere).flat_map(|item| words(item.span.of(text))).collect();
+        let may_be = |name: &&Name| {
+            // What is compared with a vector is no number anywhere.
+            let whole = said.vectors.contains_key(*name) || !read.contains(name.as_str());
+            whole && self.is_open(name, &said, opening)
+        };
+        let open: BTreeSet<Name> = said.names.iter().filter(may_be).cloned().collect();
         if open.is_empty() {
             return;
         }
         let mut found = Shapes::globals(items, self, open.clone());
         found.extend(said.vectors.iter().filter(|(name, _)| open.contains(*name)).map(|(name, n)| (name.clone(), *n)));
+        let place_of = |name: &Name| {
+            let place = items.iter().position(|item| matches!(&item.kind, ItemKind::Param(own) if declares(own, name)));
+            place.or_else(|| items.iter().position(|item| stands_in(item, name))).unwrap_or_default()
+        };
+        // What is claimed and expected may name the components.
+        let binds = |item: &&Item| {
+            elsewhere(item)
+                || matches!(item.kind, ItemKind::Process(..) | ItemKind::System(..) | ItemKind::Property(..))
+        };
+        let used: BTreeSet<&str> = items.iter().filter(binds).flat_map(|item| words(item.span.of(text))).collect();
         found.retain(|name, length| {
-            let free = |own: &Name| self.quantity(own).is_none() && !said.names.contains(own);
-            (0..*length).all(|place| free(&name.component(place, *length)))
+            let taken = |own: &Name| {
+                self.quantity(own).is_some() || used.contains(own.as_str()) || opening.bound_before.contains(own)
+            };
+            let taken = (0..*length).map(|place| name.component(place, *length)).find(taken);
+            if let Some(own) = &taken {
+                opening.tell(
+                    place_of(name),
+                    format!(
+                        "{name} stands where a vector must, and is not read as one: {own} is the name of something else"
+                    ),
+                );
+            }
+            taken.is_none()
         });
         for (name, length) in &found {
-            let parts: Vec<Name> = (0..*length).map(|place| name.component(place, *length)).collect();
-            let Ok(vector) = Value::vector(parts.iter().map(Value::variable).collect()) else { continue };
-            let quantities = Arc::make_mut(&mut self.quantities);
-            for part in &parts {
-                quantities.insert(part.clone(), Quantity::Parameter { class: Class::Number, constant: None });
+            if let Some(text) = self.made_vector(name, *length) {
+                opening.tell(place_of(name), text);
             }
-            let text = format!("{name} is the vector {vector}");
-            quantities.insert(name.clone(), Quantity::Parameter { class: Class::Number, constant: Some(vector) });
-            let place = items.iter().position(|item| matches!(&item.kind, ItemKind::Param(own) if declares(own, name)));
-            let place = place.or_else(|| items.iter().position(|item| stands_in(item, name)));
-            opening.tell(place.unwrap_or_default(), text);
         }
         if !found.is_empty() {
             for (index, item) in items.iter().enumerate() {
@@ -140,17 +163,47 @@ impl Environment {
         }
     }
 
+    /// Makes a parameter a vector of new ones; what is to be told of it.
+    fn made_vector(&mut self, name: &Name, length: usize) -> Option<String> {
+        let parts: Vec<Name> = (0..length).map(|place| name.component(place, length)).collect();
+        let vector = Value::vector(parts.iter().map(Value::variable).collect()).ok()?;
+        let quantities = Arc::make_mut(&mut self.quantities);
+        for part in &parts {
+            quantities.insert(part.clone(), Quantity::Parameter { class: Class::Number, constant: None });
+        }
+        let text = format!("{name} is the vector {vector}");
+        quantities.insert(name.clone(), Quantity::Parameter { class: Class::Number, constant: Some(vector) });
+        Some(text)
+    }
+
     /// Whether nothing is known of a parameter yet, and nothing stands on it.
-    fn is_open(&self, name: &Name, said: &Said) -> bool {
+    fn is_open(&self, name: &Name, said: &Said, opening: &Opening<'_>) -> bool {
         let parameter =
             matches!(self.quantity(name), Some(Quantity::Parameter { class: Class::Number, constant: None }));
-        let used = || self.definitions.iter().any(|definition| read_names(&definition.body).contains(name));
+        let in_laws = || {
+            let sides = |law: &Law| [&law.left, &law.right].into_iter().any(|side| read_names(side).contains(name));
+            self.laws.iter().any(|law| sides(law))
+        };
+        let before = |template: &Template| template.quantities.contains_key(name);
+        let used = || {
+            self.definitions.iter().any(|definition| read_names(&definition.body).contains(name))
+                || opening.before.templates.values().any(before)
+                || in_laws()
+        };
         parameter
             && !said.numbers.contains(name)
             && !self.assumptions.mentions(name)
             && !self.assumptions.naturals().contains(name)
             && !used()
     }
+}
+
+/// The words of a text, names among them.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_alphanumeric() && letter != '_' && letter != '\'').flat_map(|word| {
+        // `At_gx` shows gx.
+        std::iter::once(word).chain(word.split('_'))
+    })
 }
 
 fn declares(parameters: &[Parameter], name: &Name) -> bool {

@@ -51,7 +51,7 @@ pub(super) fn in_orders(
         return None;
     }
     let without = solved.err();
-    // What goes back and forth for ever has no form in any order.
+    // What has first legs and no form as a whole has hardly one in any order of two values.
     let in_legs = without.is_some() && as_far_as(recurrence, known, stop).is_ok();
     let most_pairs = if in_legs { 0 } else { MOST_PAIRS };
     let by_order = pairs.iter().take(most_pairs).find_map(|(one, other)| {

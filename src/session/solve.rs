@@ -25,7 +25,7 @@ use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, i
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    InCase, Part, Reach, Resting, Special, Unknown, as_far_as, at_rest, behaviour, parts, reach, read_by,
+    InCase, Part, Reach, Resting, Special, Unknown, as_far_as, at_rest, behaviour, parameters, parts, reach, read_by,
     solve_in_cases, solve_until, special_cases,
 };
 use crate::report::Expected;
@@ -124,6 +124,31 @@ fn comes_to_rest(recurrence: &Recurrence) -> bool {
     numbers && recurrence.iterate(MOST_TO_REST).is_err()
 }
 
+/// The forms of the recurrence, or of its first legs where the first index that is asked for lies in them, and that index.
+fn with_index(
+    question: &Question,
+    solved: Result<Solved, Unknown>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> (Result<Solved, Unknown>, Option<Reach>) {
+    let Some((relation, left, right)) = &question.find else { return (solved, None) };
+    // Without forms the terms are looked at one by one, with symbols long.
+    let symbolic = !parameters(&question.recurrence, left, right).is_empty();
+    let in_legs = (symbolic && solved.is_err()).then(|| by_first_legs(question, known, stop));
+    match in_legs {
+        Some(Ok((forms, first))) => (Ok(forms), Some(first)),
+        Some(Err(Some(why))) if question.since.is_some() => (solved, Some(Reach::Unknown(why))),
+        in_legs => {
+            let found = first_index(question, solved.as_ref().ok(), (*relation, left, right), known, stop);
+            let found = match (found, in_legs) {
+                (Reach::Unknown(_), Some(Err(Some(why)))) => Reach::Unknown(why),
+                (found, _) => found,
+            };
+            (solved, Some(found))
+        }
+    }
+}
+
 /// The same, given the forms of the recurrence, or why there are none, and those in each case, where they were asked for.
 fn answered(
     question: &Question,
@@ -134,15 +159,7 @@ fn answered(
 ) -> (Vec<String>, Vec<Expected>) {
     let recurrence = &question.recurrence;
     let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
-    let mut found = asked.map(|goal| first_index(question, solved.as_ref().ok(), goal, known, stop));
-    let mut solved = solved;
-    if let (Some(Reach::Unknown(_)), Err(_)) = (&found, &solved) {
-        match by_first_legs(question, known, stop) {
-            Ok((forms, first)) => (solved, found) = (Ok(forms), Some(first)),
-            Err(Some(why)) => found = Some(Reach::Unknown(why)),
-            Err(None) => {}
-        }
-    }
+    let (solved, found) = with_index(question, solved, known, stop);
     if let Some(Reach::Unknown(unknown)) = &found
         && let Some(found) = in_orders(question, solved.as_ref(), (unknown, MOST_LEVELS), known, stop)
     {
