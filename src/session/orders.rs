@@ -43,7 +43,7 @@ pub(super) fn in_orders(
     stop: &dyn Fn() -> bool,
 ) -> Option<InOrders> {
     let recurrence = &question.recurrence;
-    let (relation, left, right) = question.find.as_ref()?;
+    let (_, left, right) = question.find.as_ref()?;
     let pairs = pairs(recurrence, left, right, known);
     let mut starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
     let of_numbers = starts.all(|start| start.variables().is_empty());
@@ -51,10 +51,26 @@ pub(super) fn in_orders(
         return None;
     }
     let without = solved.err();
-    // What has first legs and no form as a whole has hardly one in any order of two values.
-    let in_legs = without.is_some() && as_far_as(recurrence, known, stop).is_ok();
-    let most_pairs = if in_legs { 0 } else { MOST_PAIRS };
-    let by_order = pairs.iter().take(most_pairs).find_map(|(one, other)| {
+    // What has first legs and no form as a whole has hardly one in any order of two values: that is tried last.
+    let in_legs = || without.is_some() && as_far_as(recurrence, known, stop).is_ok();
+    let by_legs = || if in_legs() { in_cases((question, levels), (unknown, true), known, stop) } else { None };
+    let by_order = || by_order((question, levels), &pairs, known, stop);
+    // For a form, or with one for the index.
+    let in_cases = || in_cases((question, levels), (without.unwrap_or(unknown), false), known, stop);
+    let where_solved = || where_solved((question, levels), without?, known, stop);
+    let of_those_read = || without.and_then(|_| of_those_read((question, levels), known, stop));
+    best(&[&by_legs, &by_order, &of_those_read, &in_cases, &where_solved], stop)
+}
+
+/// The answer in each order of one of these pairs, where it is known in all of them.
+fn by_order(
+    (question, levels): (&Question, usize),
+    pairs: &[(Value, Value)],
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
+    let (relation, left, right) = question.find.as_ref()?;
+    pairs.iter().take(MOST_PAIRS).find_map(|(one, other)| {
         let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
         let mut cases = Vec::new();
         for order in orders {
@@ -63,7 +79,7 @@ pub(super) fn in_orders(
             }
             let mut known = known.clone();
             known.assume(order, one, other);
-            let solved = solve_until(recurrence.clone(), &known, stop).ok()?;
+            let solved = solve_until(question.recurrence.clone(), &known, stop).ok()?;
             let found = first_index(question, Some(&solved), (*relation, left, right), &known, stop);
             if stop() || matches!(found, Reach::Unknown(_)) {
                 return None;
@@ -71,26 +87,26 @@ pub(super) fn in_orders(
             cases.push(Case { order, known, solved, found });
         }
         told(&cases, (question, levels), (one, other), stop)
-    });
-    // For a form, or with one for the index.
-    let reason = without.filter(|_| !in_legs).unwrap_or(unknown);
-    let in_cases = || in_cases((question, levels), (reason, in_legs), known, stop);
-    let where_solved = || where_solved((question, levels), without.filter(|_| !in_legs)?, known, stop);
-    let of_those_read = || {
-        without?;
-        // Of those sequences alone that the question reads.
-        let recurrence = recurrence.only(&read_by(recurrence, &[left, right])?);
-        let fewer = recurrence.sequences.len() < question.recurrence.sequences.len();
-        let question = Question { recurrence, ..question.clone() };
-        let recurrence = &question.recurrence;
-        let solved = solve_until(recurrence.clone(), known, stop);
-        // With fewer sequences, or it is the same question.
-        match first_index(&question, solved.as_ref().ok(), (*relation, left, right), known, stop) {
-            Reach::Unknown(unknown) if fewer => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
-            _ => None,
-        }
-    };
-    by_order.or_else(|| best(&[&of_those_read, &in_cases, &where_solved], stop))
+    })
+}
+
+/// The answer of those sequences alone that the question reads.
+fn of_those_read(
+    (question, levels): (&Question, usize),
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
+    let (relation, left, right) = question.find.as_ref()?;
+    let recurrence = question.recurrence.only(&read_by(&question.recurrence, &[left, right])?);
+    let fewer = recurrence.sequences.len() < question.recurrence.sequences.len();
+    let question = Question { recurrence, ..question.clone() };
+    let recurrence = &question.recurrence;
+    let solved = solve_until(recurrence.clone(), known, stop);
+    // With fewer sequences, or it is the same question.
+    match first_index(&question, solved.as_ref().ok(), (*relation, left, right), known, stop) {
+        Reach::Unknown(unknown) if fewer => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
+        _ => None,
+    }
 }
 
 /// Whether nothing is told of an index, not even a formula.

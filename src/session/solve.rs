@@ -340,7 +340,9 @@ fn unsolved(question: &Question, reason: &Unknown, known: &Assumptions, stop: &d
     let told: Vec<Option<Vec<String>>> = parts.iter().map(|part| part_lines(part, question, known, stop)).collect();
     if told.iter().all(Option::is_none) {
         let mut lines = vec![format!("no closed form is known: {}", reason.reason)];
-        if let Ok(first_legs) = as_far_as(recurrence, known, stop) {
+        // Where the last index is a number the terms say as much.
+        let symbolic = |forms: &Solved| forms.as_far().is_some_and(|as_far| as_far.last.as_rational().is_none());
+        if let Some(first_legs) = as_far_as(recurrence, known, stop).ok().filter(symbolic) {
             lines = vec![format!("no closed form is known for every {}; the first legs are these", recurrence.index)];
             lines.extend(first_legs.lines());
             lines.push(proof_of(&first_legs));
