@@ -23,6 +23,8 @@ struct Said {
     numbers: BTreeSet<Name>,
     /// All names that stand in it.
     names: BTreeSet<Name>,
+    /// Those that a process binds.
+    bound: BTreeSet<Name>,
     /// Whether a vector is written anywhere.
     any: bool,
 }
@@ -34,7 +36,7 @@ impl Said {
             match &item.kind {
                 ItemKind::Param(parameters) => parameters.iter().for_each(|parameter| said.parameter(parameter)),
                 ItemKind::Process(header, body) => {
-                    said.names.extend(header.parameters.iter().chain(&header.results).map(|one| one.name.clone()));
+                    said.bound.extend(header.parameters.iter().chain(&header.results).map(|one| one.name.clone()));
                     said.term(body);
                 }
                 ItemKind::System(_, body) | ItemKind::Property(_, body, _) => said.term(body),
@@ -73,7 +75,7 @@ impl Said {
     fn term(&mut self, term: &Term) {
         for part in term.all() {
             if let TermKind::Apply { arguments, results, .. } = &part.kind {
-                self.names.extend(results.iter().map(|result| result.name.clone()));
+                self.bound.extend(results.iter().map(|result| result.name.clone()));
                 arguments.iter().for_each(|argument| self.value(argument));
             }
         }
@@ -192,6 +194,7 @@ impl Environment {
         };
         parameter
             && !said.numbers.contains(name)
+            && !said.bound.contains(name)
             && !self.assumptions.mentions(name)
             && !self.assumptions.naturals().contains(name)
             && !used()
