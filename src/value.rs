@@ -9,6 +9,7 @@ mod arithmetic;
 mod denominator;
 pub(crate) mod fixed;
 mod identity;
+mod line;
 mod need;
 pub(crate) mod number;
 mod order;

@@ -10,6 +10,7 @@ use num_traits::{One, Signed};
 use self::quotients::found_once;
 use super::denominator::{divided_beside_length, free_denominator, leading_root, without_lengths};
 use super::fixed::coarse_order;
+use super::line::conditions;
 use super::squares::sums_squares;
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
@@ -304,8 +305,8 @@ fn is_positive_number(polynomial: &Real) -> bool {
     roots && coarse_order(polynomial) == Some(Ordering::Greater)
 }
 
-/// Applies the equations between atoms: binary atoms are idempotent, `(-1)^n` and roots have known squares, and
-/// `p > 0` excludes `-p > 0`.
+/// Applies the equations between atoms: binary atoms are idempotent, `(-1)^n` and roots have known squares, and products
+/// of conditions along one line are sums of them.
 pub(super) fn relations(polynomial: Real) -> Result<Real, ValueError> {
     let touched = |monomial: &Monomial<Atom>| {
         let mut conditions = 0;
@@ -321,7 +322,7 @@ pub(super) fn relations(polynomial: Real) -> Result<Real, ValueError> {
     for (monomial, number) in polynomial.terms() {
         if !touched(monomial) {
             terms.push((monomial.clone(), number.clone()));
-        } else if !excluded(monomial)? {
+        } else {
             terms.extend_from_slice(reduced_monomial(monomial, number)?.terms());
         }
         // One sum of all terms, but no more of them at a time than two polynomials may have.
@@ -337,9 +338,13 @@ pub(super) fn relations(polynomial: Real) -> Result<Real, ValueError> {
 
 fn reduced_monomial(monomial: &Monomial<Atom>, number: &BigRational) -> Result<Real, ValueError> {
     let mut factors = Vec::new();
+    let several = monomial.factors().iter().filter(|(atom, _)| matches!(atom, Atom::Positive(_))).count() > 1;
+    let held = if several { conditions(monomial)? } else { Polynomial::one() };
     let mut squares = Polynomial::one();
     for (atom, exponent) in monomial.factors() {
-        if atom.is_binary() {
+        if several && matches!(atom, Atom::Positive(_)) {
+            continue;
+        } else if atom.is_binary() {
             factors.push((atom.clone(), 1));
         } else if atom.is_sign() {
             factors.push((atom.clone(), exponent % 2));
@@ -353,26 +358,11 @@ fn reduced_monomial(monomial: &Monomial<Atom>, number: &BigRational) -> Result<R
     }
     let rest = Monomial::of(factors).ok_or_else(ValueError::too_large)?;
     if squares.is_one() {
-        return Ok(Polynomial::term(rest, number.clone()));
+        return held.times_term(&rest, number).ok_or_else(ValueError::too_large);
     }
     // What stands under a root is nested less deeply than the root, so this ends.
-    relations(squares.times_term(&rest, number).ok_or_else(ValueError::too_large)?)
-}
-
-/// Whether a monomial holds `p > 0` and `-p > 0` both.
-fn excluded(monomial: &Monomial<Atom>) -> Result<bool, ValueError> {
-    let conditions: Vec<&Value> = monomial
-        .factors()
-        .iter()
-        .filter_map(|(atom, _)| if let Atom::Positive(value) = atom { Some(value) } else { None })
-        .collect();
-    for (place, condition) in conditions.iter().enumerate() {
-        let opposite = condition.neg()?;
-        if conditions[place + 1..].iter().any(|other| **other == opposite) {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+    let whole = relations(squares.times_term(&rest, number).ok_or_else(ValueError::too_large)?)?;
+    if several { relations(product(&whole, &held)?) } else { Ok(whole) }
 }
 
 impl Value {

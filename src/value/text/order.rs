@@ -5,6 +5,7 @@ use std::sync::Arc;
 use num_rational::BigRational;
 use num_traits::Signed;
 
+use super::super::line::Place;
 use super::{Atom, Level, Monomial, Piece, Polynomial, Printer, Real, Text, Value, wrap};
 
 /// A term `coefficient * cofactor * max(0, elements)`.
@@ -14,37 +15,25 @@ struct Hinge {
     elements: Arc<[Value]>,
 }
 
-/// A fraction where a value is more than 0, less, and equal to it.
+/// A fraction by the sign of a value: the comparison that tells its ways apart, and what it is where that holds and where
+/// not; or of three ways where the value is more than 0, less, and equal to it.
 struct Split {
     condition: Value,
-    cases: [Value; 3],
-}
-
-impl Split {
-    /// The comparison that tells two ways apart, with what holds where it does and where it does not.
-    fn two_ways(&self) -> Option<(&'static str, &Value, &Value)> {
-        let [more, less, equal] = &self.cases;
-        if more == less {
-            Some(("=", equal, more))
-        } else if equal == more {
-            Some(("<", less, more))
-        } else {
-            (equal == less).then_some((">", more, less))
-        }
-    }
+    symbol: Option<&'static str>,
+    ways: Vec<Value>,
 }
 
 impl Printer {
     /// `if p > 0 then … else …` for a fraction with conditions in its numerator.
     pub(super) fn choice(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
-        let split = self.split(numerator, denominator)?;
-        let Some((symbol, then, other)) = split.two_ways() else {
-            let (first, second) = (self.condition(&split.condition, ">"), self.condition(&split.condition, "<"));
-            let texts = split.cases.map(|part| wrap(self.value(&part), Level::Sum));
+        let Split { condition, symbol, ways } = self.split(numerator, denominator)?;
+        let (Some(symbol), [then, other]) = (symbol, ways.as_slice()) else {
+            let (first, second) = (self.condition(&condition, ">"), self.condition(&condition, "<"));
+            let texts: Vec<_> = ways.iter().map(|part| wrap(self.value(part), Level::Sum)).collect();
             let text = format!("if {first} then {} else if {second} then {} else {}", texts[0], texts[1], texts[2]);
             return Some((text, Level::Choice));
         };
-        let condition = self.condition(&split.condition, symbol);
+        let condition = self.condition(&condition, symbol);
         let then = wrap(self.value(then), Level::Sum);
         let other = self.value(other).0;
         Some((format!("if {condition} then {then} else {other}"), Level::Choice))
@@ -55,18 +44,17 @@ impl Printer {
         let before = self.expansions;
         let splits = parts.iter().map(|part| part.parts().and_then(|(top, below)| self.split(top, below)));
         let splits: Option<Vec<Split>> = splits.collect();
-        let ways: Option<Vec<_>> = splits.iter().flatten().map(Split::two_ways).collect();
-        let (Some(splits), Some(ways)) = (&splits, ways) else {
+        let (Some(splits), Some(first)) = (&splits, splits.iter().flatten().next()) else {
             self.expansions = before;
             return None;
         };
-        let (condition, symbol) = (&splits.first()?.condition, ways.first()?.0);
-        if splits.iter().any(|split| split.condition != *condition) || ways.iter().any(|way| way.0 != symbol) {
+        let alike = |split: &Split| split.condition == first.condition && split.symbol == first.symbol;
+        let Some(symbol) = first.symbol.filter(|_| splits.iter().all(alike)) else {
             self.expansions = before;
             return None;
-        }
-        let condition = self.condition(condition, symbol);
-        let rows = [ways.iter().map(|way| way.1.clone()).collect(), ways.iter().map(|way| way.2.clone()).collect()];
+        };
+        let condition = self.condition(&first.condition, symbol);
+        let rows = [0, 1].map(|way| splits.iter().map(|split| split.ways[way].clone()).collect());
         let [then, other] = rows.map(|row: Vec<Value>| self.vector(&row).0);
         Some((format!("if {condition} then {then} else {other}"), Level::Choice))
     }
@@ -82,16 +70,32 @@ impl Printer {
         let leads = |value: &Value| value.parts().is_some_and(|(top, _)| top.leading().is_positive());
         // What may have no value is asked behind the others.
         let last = |(_, condition): &(Atom, Value)| (!condition.needs().is_empty(), !leads(condition));
-        let (atom, condition) = conditions().min_by_key(last)?;
+        let first = conditions().min_by_key(last)?;
+        // Along one line in the order of the numbers: `if k = 0 … else if k = 1 … else if k = 2 …`.
+        let alike = |found: &(Atom, Value)| last(found) == last(&first) && first.0.passes(&found.0).is_some();
+        let (atom, condition) = conditions()
+            .filter(alike)
+            .min_by(|one, other| one.0.passes(&other.0).unwrap_or(std::cmp::Ordering::Equal))?;
         if self.expansions < 3 || denominator.degree_in(&atom) > 0 {
             return None;
         }
         self.expansions -= 3;
         let opposite = Atom::Positive(condition.neg().ok()?);
         let both = [atom.clone(), opposite.clone()];
-        let part = |holds: Option<&Atom>| Value::quotient(fixed(numerator, &both, holds), denominator.clone()).ok();
-        let cases = [part(Some(&atom))?, part(Some(&opposite))?, part(None)?];
-        Some(Split { condition, cases })
+        let part = |polynomial: Real| Value::quotient(polynomial, denominator.clone()).ok();
+        let plain = |holds: Option<&Atom>| part(fixed(numerator, &both, holds));
+        let (more, less, equal) = (plain(Some(&atom))?, plain(Some(&opposite))?, plain(None)?);
+        let at = |atom: &Atom, place: Place| part(placed(numerator, atom, place));
+        let (symbol, ways) = if more == less {
+            (Some("="), vec![at(&atom, Place::On)?, more])
+        } else if equal == more {
+            (Some("<"), vec![at(&opposite, Place::Holds)?, at(&opposite, Place::Fails)?])
+        } else if equal == less {
+            (Some(">"), vec![at(&atom, Place::Holds)?, at(&atom, Place::Fails)?])
+        } else {
+            (None, vec![at(&atom, Place::Holds)?, at(&opposite, Place::Holds)?, at(&atom, Place::On)?])
+        };
+        Some(Split { condition, symbol, ways })
     }
 
     /// A comparison of a value with 0, its negative terms on the other side.
@@ -362,12 +366,28 @@ fn hinges(sum: &Real) -> Vec<Hinge> {
 
 /// A polynomial with 1 for one of two conditions and 0 for the others.
 fn fixed(polynomial: &Real, conditions: &[Atom], holds: Option<&Atom>) -> Real {
+    decided(polynomial, |atom| conditions.contains(atom).then(|| holds == Some(atom)))
+}
+
+/// A polynomial in one place of the line of a condition.
+fn placed(polynomial: &Real, condition: &Atom, place: Place) -> Real {
+    let opposite = |atom: &Atom| match (atom, condition) {
+        (Atom::Positive(one), Atom::Positive(other)) => one.neg().is_ok_and(|one| one == *other),
+        _ => false,
+    };
+    decided(polynomial, |atom| match place {
+        Place::Holds | Place::On if opposite(atom) => Some(false),
+        Place::Holds if atom == condition => Some(true),
+        Place::Fails | Place::On if atom == condition => Some(false),
+        _ => condition.decides(place, atom),
+    })
+}
+
+/// A polynomial with 1 for the conditions that hold and 0 for those that do not.
+fn decided(polynomial: &Real, holds: impl Fn(&Atom) -> Option<bool>) -> Real {
     let terms = polynomial.terms().iter().filter_map(|(monomial, number)| {
-        let zero = monomial
-            .factors()
-            .iter()
-            .any(|(atom, _)| conditions.contains(atom) && holds.is_none_or(|holds| holds != atom));
-        let rest = monomial.factors().iter().filter(|(atom, _)| !conditions.contains(atom)).cloned();
+        let zero = monomial.factors().iter().any(|(atom, _)| holds(atom) == Some(false));
+        let rest = monomial.factors().iter().filter(|(atom, _)| holds(atom).is_none()).cloned();
         if zero { None } else { Some((Monomial::of(rest)?, number.clone())) }
     });
     Polynomial::of(terms)
