@@ -79,6 +79,8 @@ struct Template {
     body: Arc<ast::Value>,
     quantities: Arc<BTreeMap<Name, Quantity>>,
     templates: Arc<BTreeMap<Name, Template>>,
+    /// Whether it has no value for numbers.
+    of_vectors: bool,
 }
 
 /// What a name with a capital stands for.

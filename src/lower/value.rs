@@ -392,6 +392,9 @@ impl Lowerer<'_> {
         }
         let template = environment.templates.get(&name.name);
         let vectors = values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)));
+        if !vectors && template.is_some_and(|template| template.of_vectors) {
+            return self.not_of_numbers(name, span);
+        }
         if let (Some(template), true) = (template, vectors) {
             return self.read_anew(template, values);
         }

@@ -6,6 +6,9 @@ use crate::value::Value;
 /// With this the line begins that tells the proof of the forms.
 const CHECKED: &str = "checked by induction";
 
+/// The longest right side that is written out once more.
+const WIDEST: usize = 1_000;
+
 /// The lines of each case below its title. What each of them begins with stands once, before all: the forms, which take
 /// up so many lines of the first, or all up to how they were checked.
 pub(in crate::session) fn in_layout(mut told: Vec<(String, Vec<String>)>, forms: Option<usize>) -> Vec<String> {
@@ -57,10 +60,10 @@ fn proof_up_to(recurrence: &Recurrence, as_far: Option<&Value>) -> String {
         let terms = sequence.start.iter().enumerate();
         terms.map(|(place, value)| format!("{}({}) = {value}", sequence.name, recurrence.from + place as i64))
     });
-    let steps = recurrence
-        .sequences
-        .iter()
-        .map(|sequence| format!("{} = {}", recurrence.term(&sequence.name, sequence.start.len()), sequence.next));
+    let steps = recurrence.sequences.iter().map(|sequence| {
+        let (term, next) = (recurrence.term(&sequence.name, sequence.start.len()), sequence.next.to_string());
+        if next.len() > WIDEST { format!("{term} as its equation says") } else { format!("{term} = {next}") }
+    });
     let last = as_far.map_or_else(String::new, |last| format!(" with {index} < {last}"));
     let (starts, steps) = (starts.collect::<Vec<_>>().join(", "), steps.collect::<Vec<_>>().join(", "));
     format!("{CHECKED} on {index}: {starts}; for every {index} >= {}{last}, {steps}", recurrence.from)

@@ -23,6 +23,45 @@ struct Split {
     ways: Vec<Value>,
 }
 
+/// Values side by side where a comparison with 0 holds and where it does not.
+struct Ways {
+    condition: Value,
+    symbol: &'static str,
+    then: Vec<Value>,
+    other: Vec<Value>,
+}
+
+impl Ways {
+    /// Whether the comparison has a value always; else it stands behind what gives it one.
+    fn always_asked(&self) -> bool {
+        self.condition.needs().is_empty()
+    }
+
+    /// Where one way is this, the comparison for the other way, and that.
+    fn beside(&self, way: &[Value]) -> Option<(&'static str, Vec<Value>)> {
+        if self.other == way {
+            Some((self.symbol, self.then.clone()))
+        } else {
+            (self.then == way).then(|| (contrary(self.symbol), self.other.clone()))
+        }
+    }
+}
+
+/// The comparison that holds where this one does not.
+fn contrary(symbol: &str) -> &'static str {
+    match symbol {
+        "=" => "!=",
+        "!=" => "=",
+        "<" => ">=",
+        ">=" => "<",
+        ">" => "<=",
+        _ => ">",
+    }
+}
+
+/// The most conditions that are joined in one text.
+const MOST_JOINED: usize = 4;
+
 impl Printer {
     /// `if p > 0 then … else …` for a fraction with conditions in its numerator.
     pub(super) fn choice(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
@@ -33,30 +72,72 @@ impl Printer {
             let text = format!("if {first} then {} else if {second} then {} else {}", texts[0], texts[1], texts[2]);
             return Some((text, Level::Choice));
         };
-        let condition = self.condition(&condition, symbol);
-        let then = wrap(self.value(then), Level::Sum);
-        let other = self.value(other).0;
-        Some((format!("if {condition} then {then} else {other}"), Level::Choice))
+        let ways = Ways { condition, symbol, then: vec![then.clone()], other: vec![other.clone()] };
+        Some((self.two_ways(ways), Level::Choice))
     }
 
     /// `if c then (a,b) else (d,e)` for a vector in which every component asks the same first.
     pub(super) fn choice_of_vectors(&mut self, parts: &[Value]) -> Option<Text> {
+        let ways = self.asked_first(parts)?;
+        Some((self.two_ways(ways), Level::Choice))
+    }
+
+    /// The choice as text; what is the same beside another condition is told once: `if a and b then … else …`.
+    fn two_ways(&mut self, ways: Ways) -> String {
+        let mut condition = self.condition(&ways.condition, ways.symbol);
+        let (mut then, mut other) = (ways.then, ways.other);
+        let mut word = None;
+        for _ in 1..MOST_JOINED {
+            let before = self.expansions;
+            if word != Some("or")
+                && let Some(inner) = self.asked_first(&then).filter(Ways::always_asked)
+                && let Some((symbol, rest)) = inner.beside(&other)
+            {
+                condition = format!("{condition} and {}", self.condition(&inner.condition, symbol));
+                (then, word) = (rest, Some("and"));
+                continue;
+            }
+            self.expansions = before;
+            if word != Some("and")
+                && let Some(inner) = self.asked_first(&other).filter(Ways::always_asked)
+                && let Some((symbol, rest)) = inner.beside(&then)
+            {
+                condition = format!("{condition} or {}", self.condition(&inner.condition, contrary(symbol)));
+                (other, word) = (rest, Some("or"));
+                continue;
+            }
+            self.expansions = before;
+            break;
+        }
+        let then = match then.as_slice() {
+            [then] => wrap(self.value(then), Level::Sum),
+            then => self.vector(then).0,
+        };
+        let other = match other.as_slice() {
+            [other] => self.value(other).0,
+            other => self.vector(other).0,
+        };
+        format!("if {condition} then {then} else {other}")
+    }
+
+    /// What all of these values ask first, where that tells two ways apart.
+    fn asked_first(&mut self, parts: &[Value]) -> Option<Ways> {
         let before = self.expansions;
         let splits = parts.iter().map(|part| part.parts().and_then(|(top, below)| self.split(top, below)));
         let splits: Option<Vec<Split>> = splits.collect();
-        let (Some(splits), Some(first)) = (&splits, splits.iter().flatten().next()) else {
-            self.expansions = before;
-            return None;
+        let ways = || {
+            let splits = splits.as_ref()?;
+            let first = splits.first()?;
+            let alike = |split: &Split| split.condition == first.condition && split.symbol == first.symbol;
+            let symbol = first.symbol.filter(|_| splits.iter().all(alike))?;
+            let [then, other] = [0, 1].map(|way| splits.iter().map(|split| split.ways[way].clone()).collect());
+            Some(Ways { condition: first.condition.clone(), symbol, then, other })
         };
-        let alike = |split: &Split| split.condition == first.condition && split.symbol == first.symbol;
-        let Some(symbol) = first.symbol.filter(|_| splits.iter().all(alike)) else {
+        let ways = ways();
+        if ways.is_none() {
             self.expansions = before;
-            return None;
-        };
-        let condition = self.condition(&first.condition, symbol);
-        let rows = [0, 1].map(|way| splits.iter().map(|split| split.ways[way].clone()).collect());
-        let [then, other] = rows.map(|row: Vec<Value>| self.vector(&row).0);
-        Some((format!("if {condition} then {then} else {other}"), Level::Choice))
+        }
+        ways
     }
 
     /// What a fraction is where a condition in its numerator holds, where it does not, and on the line between.
