@@ -45,7 +45,7 @@ pub use as_far::AsFar;
 pub(crate) use behind::behind;
 pub(crate) use cells::{Cell, NotKnown, cells, cells_or_none};
 pub use defined::first_zero;
-pub use first::{Earlier, Wanted, first};
+pub use first::{Earlier, Wanted, first, holds_there};
 pub use nested::{Layer, Nested, layer};
 pub use never::{Never, never};
 pub(crate) use pieces::for_all_signs;

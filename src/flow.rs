@@ -363,7 +363,10 @@ impl PhaseFlow {
             None => String::new(),
         };
         let all: Vec<String> = exit.map.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        let with = if all.is_empty() || !self.carried.is_empty() {
+        let carried = |(name, value): &(Name, Value)| {
+            self.carried.iter().any(|one| one.parameter == *name && one.after == *value)
+        };
+        let with = if exit.map.iter().all(carried) {
             String::new()
         } else {
             format!(" with {}", all.join(", "))

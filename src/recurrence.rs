@@ -20,6 +20,7 @@ mod cut_off;
 mod cycle;
 mod descent;
 mod difference;
+mod driven;
 mod either_way;
 mod end;
 mod exact;

@@ -83,16 +83,6 @@ pub enum Sort {
     Distribution,
 }
 
-impl fmt::Display for Sort {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Sort::Real => f.write_str("a number"),
-            Sort::Vector(length) => write!(f, "a vector of {length}"),
-            Sort::Distribution => f.write_str("a distribution"),
-        }
-    }
-}
-
 /// Why there is no such value: division by zero, wrong sort, too large.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ValueError(pub String);

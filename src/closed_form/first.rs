@@ -72,6 +72,14 @@ pub fn first(
     in_each_sign(&divisors, known, &check)
 }
 
+/// Whether a comparison holds at an index, by the forms.
+pub fn holds_there(solved: &Solved, wanted: Wanted<'_>, at: &Value) -> Option<bool> {
+    let recurrence = solved.recurrence();
+    let compared = Compared { recurrence, wanted, known: solved.known().without_name(&recurrence.index) };
+    let stretches = compared.stretches(solved)?;
+    Question { compared, at }.holds_at(&stretches, at, recurrence.from)
+}
+
 /// An index that is the greatest of several, in each case of which of them it is.
 fn each_case(at: &Value, known: Assumptions) -> Vec<(Value, Assumptions)> {
     let all = || {
@@ -177,8 +185,41 @@ impl Question<'_> {
         if self.compared.in_none(&stretches, (from, Some(self.at)), &never) {
             return Some(Earlier::Forms);
         }
-        let [only] = stretches.as_slice() else { return None };
-        self.one_way(only).then_some(Earlier::OneWay)
+        let single = if let [only] = stretches.as_slice() { self.one_way(only) } else { false };
+        (single || self.one_way_by_steps(solved, &stretches) == Some(true)).then_some(Earlier::OneWay)
+    }
+
+    /// The same of what goes on through several stretches: each step, as the equations make it of the terms, goes one way.
+    fn one_way_by_steps(&self, solved: &Solved, stretches: &[Stretch]) -> Option<bool> {
+        let Compared { recurrence, wanted: (relation, left, right), known } = &self.compared;
+        let against = match relation {
+            Relation::Gte | Relation::Gtr => Relation::Lss,
+            Relation::Lte | Relation::Lss => Relation::Gtr,
+            Relation::Eq | Relation::Neq => return None,
+        };
+        if recurrence.sequences.iter().any(|sequence| sequence.start.len() != 1) {
+            return None;
+        }
+        let one = Value::one();
+        if self.holds_at(stretches, &self.at.sub(&one).ok()?, recurrence.from)? {
+            return Some(false);
+        }
+        let grants = |compared: &Compared<'_>, stretch: &Stretch| {
+            let known = compared.within(stretch, stretch.until.iter().chain([self.at]));
+            stretch.needs.iter().all(|need| known.grants(need) == Some(true))
+        };
+        let mut images: BTreeMap<Name, Value> =
+            recurrence.sequences.iter().map(|own| (recurrence.term(&own.name, 0), own.next.clone())).collect();
+        images.insert(recurrence.index.clone(), Value::variable(&recurrence.index).add(&one).ok()?);
+        let difference = left.sub(right).ok()?;
+        let step = difference.substitute(&images).ok()?.sub(&difference).ok()?;
+        let zero = Value::zero();
+        let steps = Compared { recurrence, wanted: (against, &step, &zero), known: known.clone() };
+        let back = |stretch: &Stretch| {
+            !grants(&steps, stretch) || !steps.never_within(stretch, recurrence.from, Some(self.at))
+        };
+        let meant = stretches.iter().all(|stretch| grants(&self.compared, stretch));
+        Some(meant && !steps.stretches(solved)?.iter().any(back))
     }
 
     /// Whether a stretch that begins at an index with symbols has a few indices before this one, and it holds at none of them.

@@ -205,24 +205,78 @@ impl Compared<'_> {
         later.insert(self.recurrence.index.clone(), index.add(&Value::one()).ok()?);
         let mut known = self.anywhere();
         known.assume(Relation::Gte, &index, &Value::integer(terms.index()));
-        let kept = |region: &Region| {
+        let within = |region: &[Comparison]| {
             let mut known = known.clone();
             region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
             // Each term must exist, whether or not it is compared.
             let sides = region.iter().flat_map(|(_, left, right)| [left, right]);
             let mut values = self.recurrence.sequences.iter().map(|sequence| &sequence.next).chain(sides);
-            let exists = values.all(|value| known.gives_meaning(value));
-            exists
-                && region.iter().all(|(relation, left, right)| {
-                    let sides =
-                        [left, right].map(|side| side.substitute(&later).ok().map(|side| known.simplify(&side)));
-                    let [Some(next), Some(bound)] = sides else { return false };
-                    known.decide(*relation, &next, &bound) == Some(true)
-                        || recedes(*relation, [left, right], [&next, &bound], &known)
-                })
+            values.all(|value| known.gives_meaning(value)).then_some(known)
         };
-        let region = self.regions(terms, bounds)?.into_iter().find(kept)?;
+        let stays = |(relation, left, right): &Comparison, known: &Assumptions| {
+            let sides = [left, right].map(|side| side.substitute(&later).ok().map(|side| known.simplify(&side)));
+            let [Some(next), Some(bound)] = sides else { return false };
+            known.decide(*relation, &next, &bound) == Some(true)
+                || recedes(*relation, [left, right], [&next, &bound], known)
+        };
+        let kept = |region: &Region| within(region).is_some_and(|known| region.iter().all(|one| stays(one, &known)));
+        let regions = self.regions(terms, bounds)?;
+        if let Some(region) = regions.iter().find(|region| kept(region)) {
+            return Some(Never::Induction(terms.index(), region.clone()));
+        }
+        // The signs of the terms and of their steps may help each other: those that do not stay are left out.
+        let beside = self.signs(terms);
+        let with_signs = |region: &Region| {
+            let mut all = [region.as_slice(), &beside].concat();
+            loop {
+                let known = within(&all)?;
+                let staying: Vec<Comparison> = all.iter().filter(|one| stays(one, &known)).cloned().collect();
+                if !region.iter().all(|one| staying.contains(one)) {
+                    return None;
+                }
+                if staying.len() < all.len() {
+                    all = staying;
+                    continue;
+                }
+                // No more of them than are needed.
+                for one in staying.iter().rev().filter(|one| !region.contains(one)) {
+                    let fewer: Region = all.iter().filter(|other| *other != one).cloned().collect();
+                    if kept(&fewer) {
+                        all = fewer;
+                    }
+                }
+                return Some(all);
+            }
+        };
+        let region = regions.iter().filter(|_| !beside.is_empty()).find_map(with_signs)?;
         Some(Never::Induction(terms.index(), region))
+    }
+
+    /// The signs that the terms of several sequences have here, and those of their steps.
+    fn signs(&self, terms: &Terms<'_>) -> Vec<Comparison> {
+        let (recurrence, zero) = (self.recurrence, Value::zero());
+        if recurrence.sequences.len() < 2 {
+            return Vec::new();
+        }
+        let mut here: BTreeMap<Name, Value> = recurrence
+            .sequences
+            .iter()
+            .zip(terms.state())
+            .map(|(own, now)| (recurrence.term(&own.name, 0), now.clone()))
+            .collect();
+        here.insert(recurrence.index.clone(), Value::integer(terms.index()));
+        let sign = |value: Value| {
+            let now = value.substitute(&here).ok()?;
+            let holds = |relation: &Relation| self.known.decide(*relation, &now, &zero) == Some(true);
+            let relation = [Relation::Gtr, Relation::Lss, Relation::Gte, Relation::Lte].into_iter().find(holds)?;
+            Some((relation, value, zero.clone()))
+        };
+        let values = recurrence.sequences.iter().flat_map(|sequence| {
+            let own = Value::variable(&recurrence.term(&sequence.name, 0));
+            let step = sequence.next.sub(&own).ok();
+            [Some(own), step].into_iter().flatten()
+        });
+        values.filter_map(sign).collect()
     }
 
     /// Regions in which these terms lie, and in which none is as wanted.

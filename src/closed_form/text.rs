@@ -150,7 +150,7 @@ fn written(
                 Some(whole) => {
                     if let Some((above, below)) = over_product(value, &name) {
                         let above = written(nested, &above, index, since, outer)?;
-                        let below = bracketed(below.to_string());
+                        let below = factors(nested, &below, index, since, outer)?;
                         return Ok(format!("{}/({below}*{})", bracketed(above), bracketed(whole.to_string())));
                     }
                     return written(nested, &value.with(&name, &whole)?, index, since, outer);
@@ -189,6 +189,28 @@ fn written(
         return written(nested, &value, index, since, outer);
     }
     Ok(value.to_string())
+}
+
+/// A product of a value without layers and of some of the layers.
+fn factors(
+    nested: &Nested,
+    value: &Value,
+    index: &Name,
+    since: i64,
+    outer: &mut Vec<Name>,
+) -> Result<String, ValueError> {
+    let (mut rest, mut told) = (value.clone(), Vec::new());
+    for name in (0..nested.layers.len()).map(layer) {
+        while let Some((factor, _)) = rest.linear_in(&name).filter(|(factor, rest)| rest.is_zero() && !factor.is_zero())
+        {
+            told.push(bracketed(written(nested, &Value::variable(&name), index, since, outer)?));
+            rest = factor;
+        }
+    }
+    if told.is_empty() || rest != Value::one() {
+        told.insert(0, bracketed(written(nested, &rest, index, since, outer)?));
+    }
+    Ok(told.join("*"))
 }
 
 /// The value `a/(b*p)` as a and b, where b is a sum: written out, p would stand in each of its summands.

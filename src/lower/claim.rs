@@ -357,7 +357,10 @@ impl Environment {
             }
             ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
             ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
-            ast::ItemKind::Solve(solve) => lowerer.solve(solve).map(|solve| Lowered::Solve(Box::new(solve))),
+            ast::ItemKind::Solve(solve) => lowerer.solve(solve).map(|mut question| {
+                question.asked = goal_as_typed(solve, item.span, text).or(question.asked);
+                Lowered::Solve(Box::new(question))
+            }),
             ast::ItemKind::Probability(likelihood) => lowerer.likelihood(likelihood).map(Lowered::Probability),
             ast::ItemKind::Project(term, shown) => {
                 let subject = lowerer.subject(term);
@@ -385,6 +388,14 @@ impl Environment {
         };
         lowerer.finish(lowered)
     }
+}
+
+/// What is looked for, as it was typed.
+fn goal_as_typed(solve: &ast::Solve, whole: Span, text: &str) -> Option<String> {
+    let behind = text.get(solve.find.as_ref()?.index.span.end..whole.end)?;
+    let goal = behind.trim_start().strip_prefix("with")?;
+    let words: Vec<&str> = goal.split_whitespace().collect();
+    (!goal.contains("//") && !words.is_empty()).then(|| words.join(" "))
 }
 
 /// The processes that a condition mentions.

@@ -37,6 +37,8 @@ pub struct Question {
     pub find: Option<(Relation, Value, Value)>,
     /// Where one of several is to hold, each of these by itself.
     pub either: Vec<(Relation, Value, Value)>,
+    /// Where several are to hold together, each of these by itself.
+    pub together: Vec<(Relation, Value, Value)>,
     /// Where it is to hold from a number on, that number, and what is to hold there.
     pub since: Option<(i64, (Relation, Value, Value))>,
     /// The same as it was asked, where several comparisons have become one.
@@ -109,16 +111,16 @@ impl Lowerer<'_> {
         let mut recurrence = Recurrence { index: index.name.clone(), from, sequences };
         let mut notes = self.given_instead(&equations, &recurrence, &lengths);
         self.known_terms(&mut recurrence, &spans)?;
-        let (find, either, since, asked) = match &solve.find {
+        let (find, (either, together), since, asked) = match &solve.find {
             Some(find) => {
-                let find::Found { sought, either, since, asked } = self.find(find, &lengths, &recurrence)?;
-                (Some(sought), either, since, asked)
+                let find::Found { sought, either, together, since, asked } = self.find(find, &lengths, &recurrence)?;
+                (Some(sought), (either, together), since, asked)
             }
-            None => (None, Vec::new(), None, None),
+            None => (None, Default::default(), None, None),
         };
         notes.extend(self.counted(&recurrence));
         let (conditions, required) = (std::mem::take(&mut self.conditions), Vec::new());
-        Some(Question { recurrence, find, either, since, asked, conditions, required, notes })
+        Some(Question { recurrence, find, either, together, since, asked, conditions, required, notes })
     }
 
     /// Exponents with parameters in them that are not known to be natural.

@@ -1,11 +1,13 @@
 //! Sequences that read one whose form is in pieces: each piece gives them forms, up to where the next one begins.
 
+use std::collections::BTreeMap;
+
 use super::Unknown;
-use super::sequences::{Found, found};
+use super::sequences::{Found, found, solve_until};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence};
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The most pieces that are gone through.
 const MOST_PIECES: usize = 16;
@@ -28,49 +30,122 @@ pub(super) fn in_pieces(
         return Ok(None);
     }
     let group = Recurrence { index: open.index.clone(), from: 0, sequences };
-    piece_by_piece(&group, (&term, pieces), known, stop).map(Some)
+    let stretch = |piece: &Piece| Stretch {
+        from: piece.from.clone(),
+        until: piece.until.clone(),
+        images: BTreeMap::from([(term.clone(), piece.form.clone())]),
+        last: false,
+    };
+    let stretches: Vec<Stretch> = pieces.iter().map(stretch).collect();
+    stretch_by_stretch(&group, &stretches, known, stop).map(Some)
 }
 
-fn piece_by_piece(
+/// Where each of the sequences that are read has one form.
+#[derive(Clone)]
+pub(super) struct Stretch {
+    pub(super) from: Value,
+    pub(super) until: Option<Value>,
+    /// The forms, of the terms with these names.
+    pub(super) images: BTreeMap<Name, Value>,
+    /// Whether it is the last index of a stretch, of which the part before tells the terms.
+    pub(super) last: bool,
+}
+
+impl Stretch {
+    /// In two where the last step is another than those before, as that of `min(x+v,10)-x` on the way to 10 is.
+    fn apart(&self, group: &Recurrence, known: &Assumptions) -> Result<Vec<Stretch>, Unknown> {
+        let whole = || vec![self.clone()];
+        let Some(until) = &self.until else { return Ok(whole()) };
+        let before = until.sub(&Value::one())?;
+        if known.decide(Relation::Gte, &before, &self.from) != Some(true) {
+            return Ok(whole());
+        }
+        let index = &group.index;
+        let changes = |stretch: &Stretch| {
+            group.sequences.iter().any(|sequence| {
+                let turns = |atom: &Atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_)) && atom.mentions(index);
+                stretch.inside(sequence, index, known).is_ok_and(|next| next.atoms().iter().any(turns))
+            })
+        };
+        let early = Stretch { until: Some(before.clone()), ..self.clone() };
+        if !changes(self) || changes(&early) {
+            return Ok(whole());
+        }
+        Ok(vec![early, Stretch { from: before, last: true, ..self.clone() }])
+    }
+
+    /// The equation of a sequence in it, with the index counted from its beginning, as simple as what holds in it makes it.
+    fn inside(&self, sequence: &Sequence, index: &Name, known: &Assumptions) -> Result<Value, Unknown> {
+        let later = Value::variable(index).add(&self.from)?;
+        let mut images = BTreeMap::from([(index.clone(), later.clone())]);
+        for (name, form) in &self.images {
+            images.insert(name.clone(), form.with(index, &later)?);
+        }
+        let next = sequence.next.substitute(&images).map_err(|error| {
+            let told: Vec<String> = self.images.iter().map(|(name, form)| format!("{name} = {form}")).collect();
+            Unknown::because(format!(
+                "where {} the equation of {} has no value: {}",
+                told.join(", "),
+                sequence.name,
+                error.0
+            ))
+        })?;
+        let mut here = known.clone();
+        here.assume_natural(index);
+        if let Some(until) = &self.until {
+            here.assume(Relation::Lss, &Value::variable(index), &until.sub(&self.from)?);
+        }
+        Ok(here.simplify(&next))
+    }
+}
+
+/// Forms of sequences of order 1 that read others, stretch by stretch: the term at the end of one begins the next.
+pub(super) fn stretch_by_stretch(
     group: &Recurrence,
-    (term, pieces): (&Name, &[Piece]),
+    stretches: &[Stretch],
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Result<Found, Unknown> {
-    if pieces.len() > MOST_PIECES || group.sequences.iter().any(|sequence| sequence.start.len() != 1) {
-        return Err(Unknown::because(format!("the form of {term} is in too many pieces to be put into the others")));
+    if stretches.len() > MOST_PIECES || group.sequences.iter().any(|sequence| sequence.start.len() != 1) {
+        let names: Vec<&str> = group.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
+        return Err(Unknown::because(format!("what {} read is in too many pieces", names.join(", "))));
     }
     let index = &group.index;
-    let count = Value::variable(index);
     let mut forms: Vec<Vec<Piece>> = vec![Vec::new(); group.sequences.len()];
     let mut conditions = Vec::new();
     let mut now = group.clone();
-    for piece in pieces {
-        // Within the piece the index counts from 0.
-        let later = count.add(&piece.from)?;
-        let value = piece.form.with(index, &later)?;
+    let mut all_apart = Vec::new();
+    for stretch in stretches {
+        all_apart.extend(stretch.apart(group, known)?);
+    }
+    for stretch in &all_apart {
         for (here, sequence) in now.sequences.iter_mut().zip(&group.sequences) {
-            let next = sequence.next.with(index, &later)?.with(term, &value);
-            here.next = next.map_err(|error| {
-                Unknown::because(format!(
-                    "where {term} = {value} the equation of {} has no value: {}",
-                    here.name, error.0
-                ))
-            })?;
+            here.next = stretch.inside(sequence, index, known)?;
         }
-        let (own, more) = found(&now, known, stop)?;
+        let (own, more) = match found(&now, known, stop) {
+            Ok(found) => found,
+            Err(reason) => {
+                let solved = solve_until(now.clone(), known, stop).map_err(|_| reason)?;
+                (solved.forms().to_vec(), solved.conditions().to_vec())
+            }
+        };
         conditions.extend(more);
-        let since = count.sub(&piece.from)?;
+        let since = Value::variable(index).sub(&stretch.from)?;
         for ((form, here), all) in own.iter().zip(&mut now.sequences).zip(&mut forms) {
-            let length = piece.until.as_ref().map(|until| until.sub(&piece.from)).transpose()?;
+            let length = stretch.until.as_ref().map(|until| until.sub(&stretch.from)).transpose()?;
             let parts = up_to(form, index, length.as_ref(), known).ok_or_else(|| no_value(&here.name))?;
             if let (Some(length), Some(next)) = (&length, parts.last()) {
                 here.start = vec![next.form.with(index, length)?];
             }
+            if stretch.last {
+                // The term with which it begins is told by the form before.
+                all.last_mut().into_iter().for_each(|before| before.until = stretch.until.clone());
+                continue;
+            }
             let inside = parts.len() - usize::from(length.is_some());
             for part in &parts[..inside] {
-                let until = part.until.as_ref().map(|until| until.add(&piece.from)).transpose()?;
-                let (from, form) = (part.from.add(&piece.from)?, part.form.with(index, &since)?);
+                let until = part.until.as_ref().map(|until| until.add(&stretch.from)).transpose()?;
+                let (from, form) = (part.from.add(&stretch.from)?, part.form.with(index, &since)?);
                 match all.last_mut().filter(|before| before.form == form) {
                     Some(before) => before.until = until,
                     None => all.push(Piece { from, until, form }),

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::counted::counted;
 use super::cycle::repeating;
 use super::difference::by_difference;
+use super::driven::driven;
 use super::fractional::fractional;
 use super::from_zero::{at_own_index, begins, from_zero};
 use super::grouped::grouped;
@@ -80,7 +81,9 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
     go_on(stop)?;
     // What is read off the other sequences, and sequences that have nothing to do with each other.
     let read_off = read_off(&moved, known, stop).and_then(|found| checked(found).ok());
-    let found = read_off.or_else(|| checked(each_group(&moved, known, stop)?).ok());
+    let found = read_off
+        .or_else(|| checked(each_group(&moved, known, stop)?).ok())
+        .or_else(|| checked(driven(&moved, known, stop)?).ok());
     let with_one = |one: Recurrence, known: &Assumptions| solve_until(one, known, stop).ok();
     found
         .or_else(|| grouped(&recurrence, known, &with_one))

@@ -3,7 +3,7 @@
 
 use super::solve::{Asked, found_lines, in_layout, left_out, proof_of, with_otherwise};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence, Solved, compared, simpler};
+use crate::closed_form::{Comparison, Recurrence, Solved, compared, holds_there, simpler};
 use crate::lower::Question;
 use crate::recurrence::{
     InCase, MOST_PAIRS, Reach, Unknown, as_far_as, either_way, lesser, pairs, parameters, reach, reach_since, read_by,
@@ -216,6 +216,11 @@ pub(super) fn first_index(
     {
         return later;
     }
+    if let (Reach::Unknown(_), Some(solved), true) = (&found, solved.filter(|_| own), !in_part)
+        && let Some(found) = of_those_together(question, solved, known, stop)
+    {
+        return found;
+    }
     if !matches!(found, Reach::Unknown(_)) || question.either.is_empty() || !own {
         return found;
     }
@@ -237,6 +242,31 @@ pub(super) fn first_index(
         }
     }
     first.map_or_else(|| Reach::Never(reasons.join("; ")), |at| Reach::At(at, Vec::new()))
+}
+
+/// Where several are to hold together: one of them never does, or all do where one of them does first.
+fn of_those_together(
+    question: &Question,
+    solved: &Solved,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Reach> {
+    let recurrence = solved.recurrence();
+    question.together.iter().enumerate().find_map(|(place, (relation, left, right))| {
+        match reach(recurrence, Some(solved), (*relation, left, right), known, stop) {
+            Reach::At(at, conditions) if conditions.is_empty() => {
+                all_there(question, solved, place, &at).then(|| as_simple(Reach::At(at, conditions), known))
+            }
+            Reach::Never(why) => Some(Reach::Never(why)),
+            _ => None,
+        }
+    })
+}
+
+/// Whether all that are to hold together hold at an index, but for one of them, of which that is known.
+pub(super) fn all_there(question: &Question, solved: &Solved, but: usize, at: &Value) -> bool {
+    let holds = |(relation, left, right): &Comparison| holds_there(solved, (*relation, left, right), at) == Some(true);
+    question.together.iter().enumerate().all(|(place, one)| place == but || holds(one))
 }
 
 /// An index and its conditions as simple as what is known makes them, and the conditions the index.

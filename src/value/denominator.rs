@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 
 use super::arithmetic::{DIVISOR_BUDGET, product, relations};
+use super::line::{Place, placed};
 use super::{Atom, Need, Real, Relation, Value, ValueError};
 use crate::name::Name;
 use crate::polynomial::{Budget, Monomial, Polynomial};
@@ -91,7 +92,8 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
             // A denominator `B*s` is not 0 only where s is 1, and `A*(1 - s)` only where s is 0.
             if atom.is_binary() && (constant.is_zero() || other.is_zero()) {
                 let one = constant.is_zero();
-                (numerator, denominator) = (decided(&numerator, &atom, one)?, decided(&denominator, &atom, one)?);
+                let place = if one { Place::Holds } else { Place::Fails };
+                (numerator, denominator) = (placed(&numerator, &atom, place), placed(&denominator, &atom, place));
                 changed = true;
                 break;
             }
@@ -250,15 +252,6 @@ fn by_sign(denominator: &Real, atom: &Atom) -> Result<Option<(Real, Real)>, Valu
     Ok((rest == negated && factor.degree_in(&opposite) == 0).then_some((sign, factor)))
 }
 
-/// What a polynomial is where this binary atom is 1, or where it is 0.
-fn decided(polynomial: &Real, atom: &Atom, one: bool) -> Result<Real, ValueError> {
-    let (within, degree) = match one {
-        true => (relations(product(polynomial, &Polynomial::atom(atom.clone()))?)?, 1),
-        false => (polynomial.clone(), 0),
-    };
-    Ok(within.coefficients_in(atom).remove(&degree).unwrap_or_else(Polynomial::zero))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -301,7 +294,17 @@ mod tests {
             plus(&plus(&number(1), &root(&number(2))), &root(&number(3))),
             plus(&x.abs().unwrap(), &y.abs().unwrap()),
         ];
-        let numerators = [number(1), y.clone(), x.mul(&x).unwrap(), plus(&more, &x), sign];
+        let farther = condition(Relation::Gtr, &y.sub(&number(1)).unwrap());
+        let denominators = denominators.into_iter().chain([
+            more.clone(),
+            farther.clone(),
+            number(1).sub(&farther).unwrap(),
+            plus(&more, &farther),
+            times(&plus(&x, &number(2)), &farther),
+        ]);
+        let denominators: Vec<Value> = denominators.collect();
+        let apart = plus(&times(&x, &farther), &less);
+        let numerators = [number(1), y.clone(), x.mul(&x).unwrap(), plus(&more, &x), sign, farther, apart];
         let put = |value: &Value, here: i64, there: i64| {
             value.with(&Name::new("x"), &number(here)).and_then(|value| value.with(&Name::new("y"), &number(there)))
         };

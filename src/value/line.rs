@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::Signed;
 
 use super::arithmetic::product;
-use super::{Atom, Real, ValueError};
+use super::{Atom, Real, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
 
 /// `u > at`, or `u < at`: where `along` is u, without a constant and primitive, its leading coefficient positive.
@@ -75,6 +75,56 @@ impl Atom {
         }
     }
 }
+
+/// A polynomial in one place of the line of a condition.
+pub(super) fn placed(polynomial: &Real, condition: &Atom, place: Place) -> Real {
+    let opposite = |atom: &Atom| match (atom, condition) {
+        (Atom::Positive(one), Atom::Positive(other)) => one.neg().is_ok_and(|one| one == *other),
+        _ => false,
+    };
+    decided(polynomial, |atom| match place {
+        Place::Holds | Place::On if opposite(atom) => Some(false),
+        Place::Holds if atom == condition => Some(true),
+        Place::Fails | Place::On if atom == condition => Some(false),
+        _ => condition.decides(place, atom),
+    })
+}
+
+/// A polynomial with 1 for the conditions that hold and 0 for those that do not.
+pub(super) fn decided(polynomial: &Real, holds: impl Fn(&Atom) -> Option<bool>) -> Real {
+    let terms = polynomial.terms().iter().filter_map(|(monomial, number)| {
+        let zero = monomial.factors().iter().any(|(atom, _)| holds(atom) == Some(false));
+        let rest = monomial.factors().iter().filter(|(atom, _)| holds(atom).is_none()).cloned();
+        if zero { None } else { Some((Monomial::of(rest)?, number.clone())) }
+    });
+    Polynomial::of(terms)
+}
+
+impl Value {
+    /// What is chosen by the conditions in a number, in each case of these; none where they are too many, or it has no value
+    /// in a case.
+    pub fn choices(&self) -> Option<Vec<Value>> {
+        let (mut open, mut found) = (vec![self.clone()], Vec::new());
+        while let Some(value) = open.pop() {
+            let conditions = value.atoms().into_iter().filter(|atom| matches!(atom, Atom::Positive(_)));
+            let Some(atom) = conditions.into_iter().next() else {
+                found.push(value);
+                continue;
+            };
+            if open.len() + found.len() > MOST_CHOICES {
+                return None;
+            }
+            let (above, below) = value.parts()?;
+            for place in [Place::Holds, Place::Fails] {
+                open.push(Value::quotient(placed(above, &atom, place), placed(below, &atom, place)).ok()?);
+            }
+        }
+        Some(found)
+    }
+}
+
+/// The most cases of a choice that are told apart.
+const MOST_CHOICES: usize = 32;
 
 /// The product of the conditions in a monomial: of those along one line the strongest, and `u > a` beside `u < b` is 0, or
 /// where a < b, when one of them holds always, the sum of both without 1.

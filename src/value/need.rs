@@ -9,7 +9,7 @@ use crate::name::Name;
 use crate::polynomial::{Budget, Monomial};
 
 /// The work that may go into one division of polynomials.
-const DIVISION_BUDGET: u64 = 5_000;
+const DIVISION_BUDGET: u64 = 50_000;
 
 /// One thing that must hold for a value to have a meaning.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -8,6 +8,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::denominator::leading_root;
+use super::line::{Place, placed};
 use super::power::{is_of_powers, with_powers};
 use super::squares::{
     after_a_step_in_line, as_squares, rational_root, square_root, square_with_numbers, square_with_root, squares,
@@ -135,6 +136,10 @@ impl Value {
     /// # Errors
     /// Of a distribution.
     pub fn norm(&self) -> Result<Value, ValueError> {
+        self.in_each_choice(&|whole| whole.length())
+    }
+
+    fn length(&self) -> Outcome {
         let Content::Vector(parts) = &self.0.content else {
             return self.abs();
         };
@@ -155,11 +160,37 @@ impl Value {
     /// Of the vector 0 or a distribution.
     pub fn unit(&self) -> Result<Value, ValueError> {
         if let Content::Vector(_) = &self.0.content {
-            return self.over(&self.norm()?);
+            return self.in_each_choice(&|whole| whole.over(&whole.length()?));
         }
         Value::truth(Relation::Gtr, self, &Value::zero())?.sub(&Value::truth(Relation::Lss, self, &Value::zero())?)
     }
 }
+
+impl Value {
+    /// Of a vector in whose components conditions stand, the image of what is chosen in each case: the length of a choice is
+    /// the choice of lengths.
+    fn in_each_choice(&self, image: &dyn Fn(&Value) -> Outcome) -> Outcome {
+        let conditions = || self.atoms().into_iter().filter(|atom| matches!(atom, Atom::Positive(_)));
+        let (Content::Vector(parts), Some(atom)) = (&self.0.content, conditions().next()) else { return image(self) };
+        if conditions().count() > MOST_CONDITIONS {
+            return image(self);
+        }
+        let chosen = |place: Place| {
+            let part = |part: &Value| {
+                let (above, below) = part.real()?;
+                Value::quotient(placed(above, &atom, place), placed(below, &atom, place))
+            };
+            let parts = Value::each(parts, part)?;
+            if parts.atoms().contains(&atom) { image(&parts) } else { parts.in_each_choice(image) }
+        };
+        let (Ok(holds), Ok(fails)) = (chosen(Place::Holds), chosen(Place::Fails)) else { return image(self) };
+        let condition = atom.value()?;
+        condition.mul(&holds)?.add(&Value::one().sub(&condition)?.mul(&fails)?)
+    }
+}
+
+/// The most conditions in a vector in each case of which its length is looked at.
+const MOST_CONDITIONS: usize = 8;
 
 impl Atom {
     /// Whether it is an integer whatever its variables are; a name in an exponent is natural, and `floor(x)` may be below 0.

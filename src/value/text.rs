@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::denominator::hides_a_sign;
-use super::{Atom, Content, Real, Value};
+use super::{Atom, Content, Real, Sort, Value};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 
 /// Atoms with their exponents, negative below the bar.
@@ -16,6 +16,16 @@ type Product = Vec<(Atom, i64)>;
 mod length;
 mod order;
 mod remainder;
+
+impl fmt::Display for Sort {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Sort::Real => f.write_str("a number"),
+            Sort::Vector(length) => write!(f, "a vector of {length}"),
+            Sort::Distribution => f.write_str("a distribution"),
+        }
+    }
+}
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use num_traits::{Signed, ToPrimitive};
+
 use super::lay::{Laid, Matcher, Missed};
 use super::orbit::{Orbit, only, standing};
 use super::round::endless;
@@ -316,7 +318,14 @@ impl Matcher<'_> {
         if trajectory.orbit.is_none() {
             units.clone_from(&further);
         }
-        let laid = self.lay(units, false, (cycle, trajectory));
+        let mut laid = self.lay(units.clone(), false, (cycle, trajectory));
+        // What is asked for may last longer than the first rounds.
+        if let (Err(Missed::Never(_)), None) = (&laid, &trajectory.orbit)
+            && let Some(more) = self.rounds_missing(&units, cycle)
+        {
+            units.extend(std::iter::repeat_n(cycle, more).flatten().cloned());
+            laid = self.lay(units, false, (cycle, trajectory));
+        }
         match laid {
             Err(Missed::Never(reason)) if !trajectory.open.is_empty() => {
                 Err(Missed::Unsure(trajectory.open.first().cloned().unwrap_or(reason)))
@@ -331,7 +340,28 @@ impl Matcher<'_> {
             laid => laid,
         }
     }
+
+    /// How many rounds more it takes until all has passed whose length the property tells, when what is to be found before
+    /// takes as long as these; none where they are too many, or this is no number.
+    fn rounds_missing(&self, units: &[Unit], cycle: &[Unit]) -> Option<usize> {
+        let number = |units: &[Unit]| self.durations(units).ok()?.as_rational();
+        let round = number(cycle).filter(Signed::is_positive)?;
+        let so_far = number(units)?;
+        let mut missing = -so_far.clone();
+        for want in &self.wanted.wants {
+            missing += match &want.length {
+                Length::Known(length) => length.as_rational()?,
+                Length::Unknown(_) => so_far.clone(),
+                Length::Endless => round.clone(),
+            };
+        }
+        let rounds = (missing / round).ceil().to_integer().to_usize()? + 1;
+        (rounds <= MOST_FURTHER).then_some(rounds)
+    }
 }
+
+/// The most rounds beyond the first ones along which a property is laid.
+const MOST_FURTHER: usize = 256;
 
 fn segments_of(unit: &Unit) -> &[Segment] {
     match unit {

@@ -1,6 +1,6 @@
 //! `find n with …`: what is to hold at the index that is looked for, as one comparison.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_traits::ToPrimitive;
 
@@ -9,7 +9,7 @@ use super::super::value::{both, chosen, neither};
 use super::Lengths;
 use crate::assumption::Assumptions;
 use crate::ast::{self, Comparison};
-use crate::closed_form::{Recurrence, as_it_stands};
+use crate::closed_form::{Recurrence, Sequence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Need, Relation, Sort, Value, ValueError};
@@ -22,6 +22,8 @@ pub(super) struct Found {
     pub(super) sought: Sides,
     /// Where one of several is to hold, each of these by itself.
     pub(super) either: Vec<Sides>,
+    /// Where several are to hold together, each of these by itself.
+    pub(super) together: Vec<Sides>,
     /// Where it is to hold from a number on, that number, and what is to hold there.
     pub(super) since: Option<(i64, Sides)>,
     /// How it was asked, where it is another comparison.
@@ -56,7 +58,9 @@ impl Lowerer<'_> {
         if let [together] = all.as_mut_slice()
             && together.len() == 1
         {
-            return together.pop().map(|sought| Found { sought, either: Vec::new(), since: None, asked: None });
+            let (either, together) = (Vec::new(), std::mem::take(together));
+            let sought = together.first()?.clone();
+            return Some(Found { sought, either, together: Vec::new(), since: None, asked: None });
         }
         let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
         let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
@@ -73,7 +77,14 @@ impl Lowerer<'_> {
         let either = if all.len() > 1 { all.iter().map(each).collect() } else { Ok(Vec::new()) };
         match as_one(&all, &told).and_then(|sought| Ok((sought, either?))) {
             Ok((sought, either)) => {
-                Some(Found { sought, either, since: since(&all, index, &told), asked: Some(asked) })
+                let since = since(&all, index, &told);
+                // Each has a value by itself.
+                let plain = |all: &&[Vec<Sides>]| !all.iter().flatten().any(|one| told.may_be_undefined(one));
+                let together = match Some(all.as_slice()).filter(plain) {
+                    Some([together]) => together.clone(),
+                    _ => Vec::new(),
+                };
+                Some(Found { sought, either, together, since, asked: Some(asked) })
             }
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
@@ -83,6 +94,8 @@ impl Lowerer<'_> {
         let index = &recurrence.index;
         let mut side = |written: &ast::Value| {
             let value = self.right_side(written, names, (index, recurrence.from), 0)?;
+            let value = in_terms_at_hand(&value, recurrence);
+            let value = self.checked(value, written.span)?;
             let known: Vec<Name> =
                 recurrence.sequences.iter().map(|sequence| recurrence.term(&sequence.name, 0)).collect();
             let wrong = value.variables().into_iter().find(|name| name.as_str().contains('(') && !known.contains(name));
@@ -110,6 +123,34 @@ impl Lowerer<'_> {
         Some((one.relation, left, right))
     }
 }
+
+/// A value with the terms that the equations make, `x(n+1)` of `x(n+1) = x(n)/2+1`, as they make them.
+fn in_terms_at_hand(value: &Value, recurrence: &Recurrence) -> Result<Value, ValueError> {
+    let mut value = value.clone();
+    for _ in 0..MOST_AHEAD {
+        let made = |sequence: &&Sequence| {
+            let order = sequence.start.len();
+            (order..order + MOST_AHEAD).rev().find(|offset| value.mentions(&recurrence.term(&sequence.name, *offset)))
+        };
+        let latest = recurrence
+            .sequences
+            .iter()
+            .filter_map(|sequence| Some((made(&sequence)? - sequence.start.len(), sequence)));
+        let Some((ahead, sequence)) = latest.max_by_key(|(ahead, _)| *ahead) else { break };
+        let mut images = BTreeMap::new();
+        for (name, place, offset) in recurrence.terms() {
+            images.insert(name, Value::variable(&recurrence.term(&recurrence.sequences[place].name, offset + ahead)));
+        }
+        let index = Value::variable(&recurrence.index);
+        images.insert(recurrence.index.clone(), index.add(&Value::integer(i64::try_from(ahead).unwrap_or(i64::MAX)))?);
+        let next = sequence.next.substitute(&images)?;
+        value = value.with(&recurrence.term(&sequence.name, sequence.start.len() + ahead), &next)?;
+    }
+    Ok(value)
+}
+
+/// The most steps ahead that a goal may look, and that are put in.
+const MOST_AHEAD: usize = 64;
 
 /// Of one comparison that is to hold from a number on, that number: `r(n) = 0 and n > 2`. What may be undefined is looked
 /// at where what stands before it holds, and so from the first index on where nothing does.

@@ -124,7 +124,16 @@ fn granted(need: &Need, way: &[Comparison], known: &Assumptions, needs: &BTreeSe
     }
     let mut known = known.clone();
     way.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-    known.contradictory() || known.grants(need) == Some(true)
+    if known.contradictory() || known.grants(need) == Some(true) {
+        return true;
+    }
+    // The length of a choice is that of what is chosen here: `norm(if k = 0 then a else b)`.
+    let simple = match need {
+        Need::Nonzero(value) => Need::Nonzero(known.simplify(value)),
+        Need::Nonnegative(value) => Need::Nonnegative(known.simplify(value)),
+        Need::Natural(_) => return false,
+    };
+    simple != *need && (simple.follows_from(needs) || known.grants(&simple) == Some(true))
 }
 
 /// What a value needs in each of its cases.
@@ -151,9 +160,19 @@ impl Kept {
         Kept { all: value.needs(), components: components.iter().map(in_each_case).collect() }
     }
 
+    /// The same of a choice, `norm(if k = 0 then a else b)`: of each that may be chosen.
+    fn has_in_cases(&self, need: &Need) -> bool {
+        let Need::Nonzero(value) = need else { return false };
+        let kept = |value: Value| {
+            let own = Need::Nonzero(value);
+            own.follows_from(&self.all) || Assumptions::default().grants(&own) == Some(true)
+        };
+        value.choices().is_some_and(|choices| choices.len() > 1 && choices.into_iter().all(kept))
+    }
+
     /// Whether it has no value wherever the conditions around a part hold, and what that needs does not.
     pub(in crate::lower) fn has(&self, need: &Need, guards: Option<&Ways>) -> bool {
-        let Some(ways) = guards else { return need.follows_from(&self.all) };
+        let Some(ways) = guards else { return need.follows_from(&self.all) || self.has_in_cases(need) };
         self.components
             .iter()
             .any(|cases| cases.iter().all(|(known, needs)| ways.iter().all(|way| granted(need, way, known, needs))))

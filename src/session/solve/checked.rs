@@ -1,10 +1,15 @@
 //! How it was checked, apart from the search, that an index is the first, or that there is none.
 
+use super::super::orders::all_there;
+use super::Asked;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Earlier, Never, Recurrence, Solved, Unchecked, first, never};
+use crate::closed_form::{Comparison, Earlier, Never, Recurrence, Solved, Unchecked, first, never};
 use crate::name::Name;
 use crate::recurrence::{Reach, bounds};
 use crate::value::{Relation, Value};
+
+/// How it is told that nothing was checked.
+const ON_TRUST: &str = "rests on the search alone";
 
 /// How it was checked that no index before the one found is the first, or that there is none.
 pub(in crate::session) fn no_earlier(
@@ -34,8 +39,24 @@ pub(in crate::session) fn no_earlier(
                 "checked by the forms: there, not at the {index} before, and until then the difference moves one way only"
             )
         }
-        Err(_) => format!("that there is no earlier {index} rests on the search alone"),
+        Err(_) => format!("that there is no earlier {index} {ON_TRUST}"),
     })
+}
+
+/// The same of what was asked; where several are to hold together it is enough that one of them does at no earlier index.
+pub(in crate::session) fn no_earlier_of(found: &Reach, asked: &Asked<'_>, known: &Assumptions) -> Option<String> {
+    let (question, solved) = (asked.question, asked.forms);
+    let recurrence = solved.recurrence();
+    let told = no_earlier(found, (recurrence, Some(solved)), asked.goal, known);
+    let (Reach::At(at, conditions), Some(text)) = (found, &told) else { return told };
+    let alone = |(place, (relation, left, right)): (usize, &Comparison)| {
+        first(recurrence, Some(solved), (*relation, left, right), (at, conditions), known).is_ok()
+            && all_there(question, solved, place, at)
+    };
+    if text.ends_with(ON_TRUST) && question.together.iter().enumerate().any(alone) {
+        return Some(format!("checked by the forms: there, and at no earlier {}", recurrence.index));
+    }
+    told
 }
 
 /// How it was checked that there is no such index.

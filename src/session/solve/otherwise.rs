@@ -1,7 +1,7 @@
 //! What is asked of where a condition of an index fails.
 
 use super::super::orders::{first_index, in_orders};
-use super::checked::no_earlier;
+use super::checked::no_earlier_of;
 use super::{also, found_lines, proof};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Solved, as_it_stands};
@@ -33,7 +33,7 @@ pub(in crate::session) fn with_otherwise(
     let never = is_never_otherwise(found, asked, known, stop);
     lines.extend(never.then(|| "else never".to_string()));
     lines.extend(also);
-    lines.extend(no_earlier(found, (recurrence, Some(asked.forms)), asked.goal, known));
+    lines.extend(no_earlier_of(found, asked, known));
     if let Reach::At(_, conditions) = found
         && !never
         && asked.levels > 0

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use num_rational::BigRational;
 use num_traits::Signed;
 
-use super::super::line::Place;
+use super::super::line::{Place, decided, placed};
 use super::{Atom, Level, Monomial, Piece, Polynomial, Printer, Real, Text, Value, wrap};
 
 /// A term `coefficient * cofactor * max(0, elements)`.
@@ -448,30 +448,6 @@ fn hinges(sum: &Real) -> Vec<Hinge> {
 /// A polynomial with 1 for one of two conditions and 0 for the others.
 fn fixed(polynomial: &Real, conditions: &[Atom], holds: Option<&Atom>) -> Real {
     decided(polynomial, |atom| conditions.contains(atom).then(|| holds == Some(atom)))
-}
-
-/// A polynomial in one place of the line of a condition.
-fn placed(polynomial: &Real, condition: &Atom, place: Place) -> Real {
-    let opposite = |atom: &Atom| match (atom, condition) {
-        (Atom::Positive(one), Atom::Positive(other)) => one.neg().is_ok_and(|one| one == *other),
-        _ => false,
-    };
-    decided(polynomial, |atom| match place {
-        Place::Holds | Place::On if opposite(atom) => Some(false),
-        Place::Holds if atom == condition => Some(true),
-        Place::Fails | Place::On if atom == condition => Some(false),
-        _ => condition.decides(place, atom),
-    })
-}
-
-/// A polynomial with 1 for the conditions that hold and 0 for those that do not.
-fn decided(polynomial: &Real, holds: impl Fn(&Atom) -> Option<bool>) -> Real {
-    let terms = polynomial.terms().iter().filter_map(|(monomial, number)| {
-        let zero = monomial.factors().iter().any(|(atom, _)| holds(atom) == Some(false));
-        let rest = monomial.factors().iter().filter(|(atom, _)| holds(atom).is_none()).cloned();
-        if zero { None } else { Some((Monomial::of(rest)?, number.clone())) }
-    });
-    Polynomial::of(terms)
 }
 
 /// The coefficient of a monomial in a sum.
