@@ -366,11 +366,7 @@ impl PhaseFlow {
         let carried = |(name, value): &(Name, Value)| {
             self.carried.iter().any(|one| one.parameter == *name && one.after == *value)
         };
-        let with = if exit.map.iter().all(carried) {
-            String::new()
-        } else {
-            format!(" with {}", all.join(", "))
-        };
+        let with = if exit.map.iter().all(carried) { String::new() } else { format!(" with {}", all.join(", ")) };
         format!("  then      {to}{after}{with}{}", self.when(&exit.tests))
     }
 

@@ -31,6 +31,14 @@ pub fn refine(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, contex
         let nothing = equal(&silent, right, simplifier)?;
         return Some(simplifier.script.chain(vec![forgotten, nothing]));
     }
+    // What is shown for ever, whatever else changes.
+    let shown = disabled(right);
+    if shown.iter().all(|part| Facts::of(part, context).observer)
+        && let Some((kept, forgotten)) = only(left, &shown, simplifier, context)
+        && let Some(same) = equal(&kept, right, simplifier)
+    {
+        return Some(simplifier.script.chain(vec![forgotten, same]));
+    }
     match (left.node(), right.node()) {
         (Node::Loop(one), Node::Loop(two)) => {
             let inner = refine(one, two, simplifier, context)?;

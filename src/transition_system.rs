@@ -19,7 +19,7 @@ use std::fmt;
 use num_rational::BigRational;
 use num_traits::Zero;
 
-pub use display::{dot, json, summary};
+pub use display::{dot, json, summary, titled_dot};
 pub use generate::{Behaviour, Clock, Generated, Process, Trouble, generate, generate_pair};
 pub use inputs::Inputs;
 pub use svg::{MOST_DRAWN, svg, svg_of_each};

@@ -15,7 +15,7 @@ use crate::session::beside::BESIDE;
 use crate::session::course::{Known, course_of};
 use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
 use crate::session::parts::{Part, Together, headline, in_all, parted, parted_after};
-use crate::transition_system::{MOST_DRAWN, TransitionSystem, dot, svg, svg_of_each};
+use crate::transition_system::{MOST_DRAWN, TransitionSystem, dot, svg, svg_of_each, titled_dot};
 
 /// How the phases are written.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -82,6 +82,7 @@ fn shown(found: &Analysed, format: Format) -> Result<Shown, String> {
     match found {
         Analysed::Parts(..) | Analysed::Orders(_) if format == Format::Svg => in_one_picture(found),
         Analysed::Whole(period, known) => whole(period, known.as_ref(), format),
+        Analysed::Parts(..) | Analysed::Orders(_) if format == Format::Dot => in_graphs(found),
         Analysed::Parts(parts, ways, all) => Ok(each_part(parts, *ways, all, format)),
         Analysed::Orders(orders) => each_order(orders, format),
         Analysed::Nothing(failures) => {
@@ -115,8 +116,24 @@ fn in_one_picture(found: &Analysed) -> Result<Shown, String> {
     titled(found, "", &mut graphs);
     let most = graphs.iter().map(|(_, graph)| graph.states()).max().unwrap_or(0);
     let text = svg_of_each(&graphs).ok_or_else(|| too_many(most))?;
-    let Shown { remarks, again, .. } = shown(found, Format::Dot)?;
-    Ok(Shown { text, remarks, again })
+    Ok(Shown { text, ..beside(found)? })
+}
+
+/// The same as graphs one after the other, each with its title.
+fn in_graphs(found: &Analysed) -> Result<Shown, String> {
+    let mut graphs = Vec::new();
+    titled(found, "", &mut graphs);
+    let text = graphs.iter().map(|(title, graph)| titled_dot(graph, title)).collect();
+    Ok(Shown { text, ..beside(found)? })
+}
+
+/// What is said beside the graphs or pictures of parts and orders.
+fn beside(found: &Analysed) -> Result<Shown, String> {
+    match found {
+        Analysed::Parts(parts, ways, all) => Ok(each_part(parts, *ways, all, Format::Dot)),
+        Analysed::Orders(orders) => each_order(orders, Format::Dot),
+        found => shown(found, Format::Dot),
+    }
 }
 
 fn titled(found: &Analysed, title: &str, graphs: &mut Vec<(String, TransitionSystem)>) {

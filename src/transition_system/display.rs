@@ -63,9 +63,19 @@ pub(super) fn caption(system: &TransitionSystem, state: u32) -> Vec<String> {
     lines
 }
 
+/// A text between quotation marks.
+fn quoted(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " ")
+}
+
+/// The system in the language of Graphviz under a title, by which it is told from others in the same file.
+pub fn titled_dot(system: &TransitionSystem, title: &str) -> String {
+    let title = quoted(title);
+    dot(system).replacen("digraph system {\n", &format!("digraph \"{title}\" {{\n  label=\"{title}\";\n"), 1)
+}
+
 /// The system in the language of Graphviz.
 pub fn dot(system: &TransitionSystem) -> String {
-    let quoted = |text: &str| text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " ");
     let lines = |lines: &[String]| lines.iter().map(|line| quoted(line)).collect::<Vec<_>>().join("\\n");
     let mut text = String::from("digraph system {\n");
     if let Some(cut) = system.cut {
