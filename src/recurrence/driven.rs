@@ -54,7 +54,7 @@ fn stretches(read: &[(Name, Vec<Piece>)], known: &Assumptions) -> Option<Vec<Str
             place += 1;
         }
         let there = starts.get(place);
-        if !there.is_some_and(|start| known.decide(Relation::Eq, &piece.from, start) == Some(true)) {
+        if there.is_none_or(|start| known.decide(Relation::Eq, &piece.from, start) != Some(true)) {
             starts.insert(place, piece.from.clone());
         }
     }

@@ -35,12 +35,22 @@ struct Told {
     lasting: Option<Value>,
     /// Whether that was found in each order of delays.
     in_orders: bool,
+    /// How long it lasts in each order, with what is known there, but for those in which two delays are equal.
+    apart: Vec<(Value, Environment)>,
 }
 
 impl Told {
     /// Whether it is told in some order of delays, and not in all, or in none; what has no period has none in the end.
     fn open(&self) -> bool {
         self.answer == UNKNOWN || self.answer == "yes" && self.in_orders && self.lasting.is_none()
+    }
+
+    /// Whether it lasts otherwise in some order: what it takes in the end may be several rounds there.
+    fn lasts_otherwise(&self, time: &Value) -> bool {
+        let other = |(own, environment): &(Value, Environment)| {
+            environment.assumptions.decide(Relation::Eq, own, time) == Some(false)
+        };
+        self.apart.iter().any(other)
     }
 }
 
@@ -61,6 +71,7 @@ impl Run<'_, '_> {
         let whole = told.lasting.iter().filter(|_| told.in_orders);
         told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
         let in_the_end = if told.open() { in_the_end(found, environment) } else { None };
+        let in_the_end = in_the_end.filter(|found| !told.lasts_otherwise(&found.time));
         if let Some(InTheEnd { time, rounds }) = &in_the_end {
             told.answer = "yes";
             told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
@@ -123,7 +134,7 @@ fn told_of(
         Some(Course::Repeats { lasting, .. }) => Some(lasting.clone()),
         _ => None,
     });
-    Told { met: met.collect(), lines, answer, lasting, in_orders: false }
+    Told { met: met.collect(), lines, answer, lasting, in_orders: false, apart: Vec::new() }
 }
 
 /// Whether it is expected how long it lasts, and nothing else.
@@ -147,8 +158,14 @@ fn in_each(orders: &[Order], cases: Vec<Told>) -> Told {
     let met = (0..count).map(|place| cases.iter().all(|case| case.met.get(place) == Some(&true))).collect();
     let known = orders.iter().zip(&cases).map(|(order, case)| Some((case.lasting.as_ref()?, &order.environment)));
     let lasting = known.collect::<Option<Vec<_>>>().and_then(|cases| as_one(&cases));
+    let different = orders.iter().zip(&cases).filter(|(order, _)| !order.title.contains(" = "));
+    let apart = different.flat_map(|(order, case)| {
+        let own = case.lasting.clone().map(|time| (time, order.environment.clone()));
+        if case.in_orders { case.apart.clone() } else { own.into_iter().collect() }
+    });
+    let apart = apart.collect();
     let lines = orders.iter().zip(cases).flat_map(|(order, case)| delays::told(&order.title, case.lines)).collect();
-    Told { lines, answer, met, lasting, in_orders: true }
+    Told { lines, answer, met, lasting, in_orders: true, apart }
 }
 
 /// The greatest of some of these times, if it is the time of each case.
@@ -223,7 +240,7 @@ fn by_parts(
         _ => None,
     };
     let met = wanted.iter().map(met).collect();
-    Told { lines, answer: all.answer(), met, lasting, in_orders: false }
+    Told { lines, answer: all.answer(), met, lasting, in_orders: false, apart: Vec::new() }
 }
 
 fn told(
