@@ -52,3 +52,12 @@ fn a_loop_in_no_time_is_told_of_with_what_changes_each_time() {
     let told = String::from_utf8_lossy(&ran(&divides).stdout).into_owned();
     assert!(!told.contains("in no time"), "{told}");
 }
+
+/// The values with which a phase begins that goes round are said where it is entered.
+#[test]
+fn a_phase_that_is_entered_tells_its_values() {
+    let script = "proc A = (In_c<x> | In_d<y>) ; Out_{e,x+y} ; A\nproc C_k = Delay_1 ; Out_{c,k} ; C_{1-k}\n\
+        proc D_k = Delay_2 ; Out_{d,k} ; D_{2*k}\nproc E = In_e<s> ; Delay_1 ; E\n\
+        system Sys = A | C_0 | D_1 | E\nflow Sys\n";
+    says(script, &["then      to phase 2 with k = 0, k2 = 2, x = 1", "flow      f(k,k2,x) = (1-k, 2*k2, k)"]);
+}

@@ -302,6 +302,7 @@ fn each_order_of_two_delays_is_told_by_the_command() {
     assert!(code == 0 && inner == 3 && picture.contains(">if w &lt; t</text>"), "{picture}");
     let (graphs, _) = told(&["--format", "dot"]);
     assert_eq!(graphs.matches("digraph").count(), 3, "{graphs}");
+    assert!(graphs.contains("digraph \"if w < t\" {\n  label=\"if w < t\";"), "{graphs}");
 }
 
 /// Eight guards asked at one moment are 256 ways: the run takes two of them, and nobody in it waits for ever.
