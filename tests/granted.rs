@@ -36,7 +36,7 @@ fn what_cancels_of_parameters_is_a_condition() {
     assert!(!told.iter().any(|line| line.starts_with("if ")), "{}", told.join("\n"));
     says(
         "param k\nsolve r(n+1) = r(n)+1, r(0) = 0 find n with r(n)/k*k >= 3 and n = 7\n",
-        &["if k != 0", "n = 7 is the first with r(n) >= 3 and n = 7"],
+        &["if k != 0", "n = 7 is the first with r(n)/k*k >= 3 and n = 7"],
     );
 }
 
@@ -161,7 +161,7 @@ fn the_cases_are_those_of_names() {
     // What is asked falls with n where k < 0, so it is first at 0, or never: one condition, no further case.
     let script = "param k\nsolve x(n+1) = x(n)+1, x(0) = k find n with k < 0 and x(n)*k > 1 and x(n) < 6\n";
     assert_eq!(titles(script), "if k < 0: if k >= 0:");
-    says(script, &["n = 0 is the first with k < 0 and k*x(n) > 1 and x(n) < 6", "if k^2 > 1", "else never"]);
+    says(script, &["n = 0 is the first with k < 0 and x(n)*k > 1 and x(n) < 6", "if k^2 > 1", "else never"]);
 }
 
 #[test]

@@ -209,7 +209,7 @@ fn where_a_condition_fails_there_is_never_such_an_index() {
                 r(0) = (0,0) find n with r(n) = (gx,gy)\n";
     let text = ran(line);
     assert!(
-        text.contains("where gx = 0, gy = 0:") && text.contains("n = 0 is the first with (rx(n),ry(n)) = (0,0)"),
+        text.contains("where gx = 0, gy = 0:") && text.contains("n = 0 is the first with r(n) = (gx,gy)"),
         "{text}"
     );
 }

@@ -35,6 +35,10 @@ pub(super) fn driven(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn
         }
         read.push((name, solved.forms().get(place)?.by_pieces(&recurrence.index, 0)?));
     }
+    // What is one form is put in by others.
+    if read.iter().all(|(_, pieces)| pieces.len() < 2) {
+        return None;
+    }
     let (own, more) = stretch_by_stretch(&group, &stretches(&read, known)?, known, stop).ok()?;
     let conditions = solved.conditions().iter().cloned().chain(more).collect();
     let mut forms: BTreeMap<usize, _> = first.into_iter().zip(solved.forms().iter().cloned()).collect();

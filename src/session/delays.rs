@@ -1,17 +1,44 @@
 //! Two delays of which it is not known which ends first: what can be said is said in each order of them.
 
+use std::collections::BTreeSet;
+
 use super::claim::Found;
 use crate::closed_form::{Comparison, compared};
-use crate::lower::Environment;
+use crate::lower::{Environment, Quantity, System};
 use crate::name::Name;
 use crate::period::Failure;
 use crate::report::Verdict;
+use crate::scope::{calls, subterms};
+use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
 use crate::verify::side;
 
 /// Orders that are looked at inside one another, and of a claim.
 pub(crate) const MOST_ORDERS: usize = 3;
 pub(super) const MOST_CLAIMED: usize = 3;
+
+/// So many orders inside one another are looked at in a system whose time in the end is known: of more delays that are
+/// symbols, which they would not settle, one alone.
+pub(crate) fn orders_beside(system: &System, environment: &Environment, in_the_end: impl Fn() -> bool) -> usize {
+    let (mut seen, mut delays) = (BTreeSet::new(), BTreeSet::new());
+    let mut open: Vec<Term> = system.components.clone();
+    let symbol = |quantity: &Quantity| matches!(quantity, Quantity::Parameter { constant: None, .. });
+    if environment.quantities().filter(|(_, quantity)| symbol(quantity)).count() <= MOST_ORDERS {
+        return MOST_ORDERS;
+    }
+    while let Some(term) = open.pop() {
+        for part in subterms(&term) {
+            if let Node::Delay(time) = part.node()
+                && time.as_rational().is_none()
+            {
+                delays.insert(time.clone());
+            }
+        }
+        let called = calls(&term).into_iter().filter(|name| seen.insert(name.clone())).collect::<Vec<_>>();
+        open.extend(called.iter().filter_map(|name| Some(environment.definitions.get(name)?.body.clone())));
+    }
+    if delays.len() > MOST_ORDERS && in_the_end() { 1 } else { MOST_ORDERS }
+}
 
 /// What is assumed in one order.
 pub(crate) struct Order {

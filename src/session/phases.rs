@@ -2,7 +2,7 @@
 
 use super::beside::BESIDE;
 use super::course::{Known, Unsettled, course_of};
-use super::delays::{self, MOST_ORDERS, Order, in_orders};
+use super::delays::{self, Order, in_orders};
 use super::digits::rational;
 use super::parts::{Part, Together, headline, parted, parted_after, steady, together};
 use super::reading::{Run, Waiting};
@@ -67,7 +67,8 @@ impl Run<'_, '_> {
             return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
         };
         let wanted: Vec<&Expectation> = waiting.expected.iter().map(|(expectation, _)| expectation).collect();
-        let mut told = told_of(found, environment, &wanted, MOST_ORDERS, &|| self.surroundings.interrupted());
+        let most = delays::orders_beside(found, environment, || in_the_end(found, environment).is_some());
+        let mut told = told_of(found, environment, &wanted, most, &|| self.surroundings.interrupted());
         let whole = told.lasting.iter().filter(|_| told.in_orders);
         told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
         let in_the_end = if told.open() { in_the_end(found, environment) } else { None };

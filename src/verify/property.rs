@@ -356,12 +356,12 @@ impl Matcher<'_> {
             };
         }
         let rounds = (missing / round).ceil().to_integer().to_usize()? + 1;
-        (rounds <= MOST_FURTHER).then_some(rounds)
+        (rounds.saturating_mul(cycle.len()) <= MOST_FURTHER).then_some(rounds)
     }
 }
 
-/// The most rounds beyond the first ones along which a property is laid.
-const MOST_FURTHER: usize = 256;
+/// The most stretches beyond the first rounds along which a property is laid.
+const MOST_FURTHER: usize = 512;
 
 fn segments_of(unit: &Unit) -> &[Segment] {
     match unit {
