@@ -61,3 +61,12 @@ fn a_phase_that_is_entered_tells_its_values() {
         system Sys = A | C_0 | D_1 | E\nflow Sys\n";
     says(script, &["then      to phase 2 with k = 0, k2 = 2, x = 1", "flow      f(k,k2,x) = (1-k, 2*k2, k)"]);
 }
+
+/// What holds in every order may be several rounds in one of them, which is said.
+#[test]
+fn fewer_rounds_in_some_order_are_said() {
+    let script = "param w > 0, ch > 0\nproc R1 = Delay_ch ; Out_{b,1} ; Delay_w ; In_a<x> ; R1\n\
+        proc R2 = Delay_w ; In_b<x> ; Delay_ch ; Out_{c,x} ; R2\nproc R3 = Delay_w ; In_c<x> ; Delay_ch ; Out_{a,x} ; R3\n\
+        system Sys = R1 | R2 | R3\nperiod Sys\n";
+    says(script, &["lasting: 3*ch", "in some order fewer rounds come again, as is told there"]);
+}

@@ -24,6 +24,9 @@ const UNKNOWN: &str = "unknown";
 const GREATEST_CYCLE: &str =
     "that loops which only wait for each other go round in the end in the time of their greatest cycle";
 
+/// What is said where the time in the end is that of several rounds in some order.
+const FEWER: &str = "in some order fewer rounds come again, as is told there";
+
 /// What is said of a period.
 struct Told {
     lines: Vec<String>,
@@ -72,12 +75,14 @@ impl Run<'_, '_> {
         let whole = told.lasting.iter().filter(|_| told.in_orders);
         told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
         let in_the_end = if told.open() { in_the_end(found, environment) } else { None };
-        let in_the_end = in_the_end.filter(|found| !told.lasts_otherwise(&found.time));
         if let Some(InTheEnd { time, rounds }) = &in_the_end {
             told.answer = "yes";
             told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
             let rounds: Vec<String> = rounds.iter().map(|(name, times)| format!("{name} {times}")).collect();
             told.lines.push(format!("  rounds: {}", rounds.join(", ")));
+            if told.lasts_otherwise(time) {
+                told.lines.push(format!("  {FEWER}"));
+            }
             told.lines.push(format!("on trust: {GREATEST_CYCLE}"));
         }
         let of_the_end = |expectation: &Expectation| {
