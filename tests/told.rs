@@ -485,3 +485,10 @@ fn why_drawn_times_are_not_told_apart_is_said_in_the_names_of_the_text() {
         system S = (A | B) ; Done\nprobability of S reaching Done within 1\n";
     says(script, &["note: neither exact nor enclosed: it must be known whether max(0,1/(y-2)) > 0"]);
 }
+
+/// Factorials below a fraction inside of a sum are written as such.
+#[test]
+fn factorials_stand_below_fractions_in_sums() {
+    let script = "solve x(n+1) = (n+2)*x(n)+1/n!, x(0) = 1\n";
+    says(script, &["x(n) = (n+1)! + (n+1)!*sum(k=0..n-1, 1/((k+2)*k!*(k+1)!))"]);
+}

@@ -129,88 +129,100 @@ fn turns(forms: &[Form], name: &Name, index: &Name, from: i64) -> Vec<String> {
 
 /// A value in sums and products, which are written out.
 fn nested_text(nested: &Nested, index: &Name, since: i64) -> Result<String, ValueError> {
-    written(nested, &nested.value, index, since, &mut Vec::new())
+    Written { nested, index, since }.written(&nested.value, &mut Vec::new())
 }
 
-/// A value layer by layer, inside of sums that count by `outer`; sums and products are written apart from the rest.
-fn written(
-    nested: &Nested,
-    value: &Value,
-    index: &Name,
+/// What is written out: its layers, and from where on its index counts.
+struct Written<'a> {
+    nested: &'a Nested,
+    index: &'a Name,
     since: i64,
-    outer: &mut Vec<Name>,
-) -> Result<String, ValueError> {
-    for (place, one) in nested.layers.iter().enumerate().rev() {
-        let name = layer(place);
-        if !value.mentions(&name) {
-            continue;
-        }
-        let word = match one {
-            Layer::Product(ratio) => match factorials(ratio, index, since) {
-                Some(whole) => {
-                    if let Some((above, below)) = over_product(value, &name) {
-                        let above = written(nested, &above, index, since, outer)?;
-                        let below = factors(nested, &below, index, since, outer)?;
-                        return Ok(format!("{}/({below}*{})", bracketed(above), bracketed(whole.to_string())));
-                    }
-                    return written(nested, &value.with(&name, &whole)?, index, since, outer);
-                }
-                None => "prod",
-            },
-            Layer::Sum(_) => "sum",
-        };
-        let image = big(word, nested, one, index, since, outer)?;
-        if let Some((factor, rest)) = value.linear_in(&name) {
-            let product = if factor == Value::one() {
-                image
-            } else if factor == Value::integer(-1) {
-                format!("-{image}")
-            } else {
-                format!("{}*{image}", bracketed(written(nested, &factor, index, since, outer)?))
-            };
-            if rest.is_zero() {
-                return Ok(product);
+}
+
+impl Written<'_> {
+    /// A value layer by layer, inside of sums that count by `outer`; sums and products are written apart from the rest.
+    fn written(&self, value: &Value, outer: &mut Vec<Name>) -> Result<String, ValueError> {
+        for (place, one) in self.nested.layers.iter().enumerate().rev() {
+            let name = layer(place);
+            if !value.mentions(&name) {
+                continue;
             }
-            let rest = chosen(written(nested, &rest, index, since, outer)?);
-            return Ok(match product.strip_prefix('-') {
-                Some(product) => format!("{rest} - {product}"),
-                None => format!("{rest} + {product}"),
-            });
+            let word = match one {
+                Layer::Product(ratio) => match factorials(ratio, self.index, self.since) {
+                    Some(whole) => {
+                        if let Some((above, below)) = over_product(value, &name) {
+                            let above = self.written(&above, outer)?;
+                            let below = self.factors(&below, outer)?;
+                            return Ok(format!("{}/({below}*{})", bracketed(above), bracketed(whole.to_string())));
+                        }
+                        return self.written(&value.with(&name, &whole)?, outer);
+                    }
+                    None => "prod",
+                },
+                Layer::Sum(_) => "sum",
+            };
+            let image = self.big(word, one, outer)?;
+            if let Some((factor, rest)) = value.linear_in(&name) {
+                let product = if factor == Value::one() {
+                    image
+                } else if factor == Value::integer(-1) {
+                    format!("-{image}")
+                } else {
+                    format!("{}*{image}", bracketed(self.written(&factor, outer)?))
+                };
+                if rest.is_zero() {
+                    return Ok(product);
+                }
+                let rest = chosen(self.written(&rest, outer)?);
+                return Ok(match product.strip_prefix('-') {
+                    Some(product) => format!("{rest} - {product}"),
+                    None => format!("{rest} + {product}"),
+                });
+            }
+            let below = value.denominator().and_then(|below| below.linear_in(&name));
+            if let (Some((factor, rest)), Some(above)) = (below, value.numerator())
+                && rest.is_zero()
+                && !above.mentions(&name)
+            {
+                let above = self.written(&above.div(&factor)?, outer)?;
+                return Ok(format!("{}/{image}", bracketed(above)));
+            }
+            let value = value.with(&name, &Value::variable(&Name::new(&image)))?;
+            return self.written(&value, outer);
         }
-        let below = value.denominator().and_then(|below| below.linear_in(&name));
-        if let (Some((factor, rest)), Some(above)) = (below, value.numerator())
-            && rest.is_zero()
-            && !above.mentions(&name)
-        {
-            let above = written(nested, &above.div(&factor)?, index, since, outer)?;
-            return Ok(format!("{}/{image}", bracketed(above)));
-        }
-        let value = value.with(&name, &Value::variable(&Name::new(&image)))?;
-        return written(nested, &value, index, since, outer);
+        Ok(value.to_string())
     }
-    Ok(value.to_string())
-}
 
-/// A product of a value without layers and of some of the layers.
-fn factors(
-    nested: &Nested,
-    value: &Value,
-    index: &Name,
-    since: i64,
-    outer: &mut Vec<Name>,
-) -> Result<String, ValueError> {
-    let (mut rest, mut told) = (value.clone(), Vec::new());
-    for name in (0..nested.layers.len()).map(layer) {
-        while let Some((factor, _)) = rest.linear_in(&name).filter(|(factor, rest)| rest.is_zero() && !factor.is_zero())
-        {
-            told.push(bracketed(written(nested, &Value::variable(&name), index, since, outer)?));
-            rest = factor;
+    /// A product of a value without layers and of some of the layers.
+    fn factors(&self, value: &Value, outer: &mut Vec<Name>) -> Result<String, ValueError> {
+        let (mut rest, mut told) = (value.clone(), Vec::new());
+        for name in (0..self.nested.layers.len()).map(layer) {
+            while let Some((factor, _)) =
+                rest.linear_in(&name).filter(|(factor, rest)| rest.is_zero() && !factor.is_zero())
+            {
+                told.push(bracketed(self.written(&Value::variable(&name), outer)?));
+                rest = factor;
+            }
         }
+        if told.is_empty() || rest != Value::one() {
+            told.insert(0, bracketed(self.written(&rest, outer)?));
+        }
+        Ok(told.join("*"))
     }
-    if told.is_empty() || rest != Value::one() {
-        told.insert(0, bracketed(written(nested, &rest, index, since, outer)?));
+
+    /// `sum(k=0..n-1, …)`, where the name that counts is used for nothing else.
+    fn big(&self, word: &str, one: &Layer, outer: &mut Vec<Name>) -> Result<String, ValueError> {
+        let Written { nested, index, since } = *self;
+        let used: Vec<Name> = nested.layers.iter().flat_map(|one| one.inner().variables()).collect();
+        let count = counter(|name| name == index || used.contains(name) || outer.contains(name));
+        outer.push(index.clone());
+        let image = Value::variable(&count);
+        let moved = nested.with_index(index, &image)?;
+        let inside = Written { nested: &moved, index: &count, since };
+        let text = inside.written(&one.inner().with(index, &image)?, outer)?;
+        outer.pop();
+        Ok(format!("{word}({count}={since}..{index}-1, {text})"))
     }
-    Ok(told.join("*"))
 }
 
 /// The value `a/(b*p)` as a and b, where b is a sum: written out, p would stand in each of its summands.
@@ -276,25 +288,6 @@ pub(crate) fn bracketed(text: String) -> String {
         depth == 0 && matches!(character, '+' | '-')
     });
     if sum { format!("({text})") } else { text }
-}
-
-/// `sum(k=0..n-1, …)`, where the name that counts is used for nothing else.
-fn big(
-    word: &str,
-    nested: &Nested,
-    one: &Layer,
-    index: &Name,
-    since: i64,
-    outer: &mut Vec<Name>,
-) -> Result<String, ValueError> {
-    let used: Vec<Name> = nested.layers.iter().flat_map(|one| one.inner().variables()).collect();
-    let count = counter(|name| name == index || used.contains(name) || outer.contains(name));
-    outer.push(index.clone());
-    let image = Value::variable(&count);
-    let moved = nested.with_index(index, &image)?;
-    let text = written(&moved, &one.inner().with(index, &image)?, &count, since, outer)?;
-    outer.pop();
-    Ok(format!("{word}({count}={since}..{index}-1, {text})"))
 }
 
 /// A name that counts, and is not taken.

@@ -61,7 +61,10 @@ impl Environment {
         }
         let parameters: Vec<Name> = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let mut lowered = self.body(header, body, &BTreeMap::new());
-        let of_vectors = lowered.is_err().then(|| self.of_vectors(header, body)).flatten();
+        // No other error goes away with vectors.
+        let sorts = |errors: &[Diagnostic]| errors.iter().all(|error| error.code == "P0402");
+        let of_vectors =
+            lowered.as_ref().is_err_and(|errors| sorts(errors)).then(|| self.of_vectors(header, body)).flatten();
         let written =
             body.map(|body| Template { of_vectors: of_vectors.is_some(), ..self.template(&parameters, body) });
         if let Some(body) = of_vectors {

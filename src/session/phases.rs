@@ -1,5 +1,7 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
+use std::cell::LazyCell;
+
 use super::beside::BESIDE;
 use super::course::{Known, Unsettled, course_of};
 use super::delays::{self, Order, in_orders};
@@ -70,12 +72,13 @@ impl Run<'_, '_> {
             return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
         };
         let wanted: Vec<&Expectation> = waiting.expected.iter().map(|(expectation, _)| expectation).collect();
-        let most = delays::orders_beside(found, environment, || in_the_end(found, environment).is_some());
+        let end = LazyCell::new(|| in_the_end(found, environment));
+        let most = delays::orders_beside(found, environment, || end.is_some());
         let mut told = told_of(found, environment, &wanted, most, &|| self.surroundings.interrupted());
         let whole = told.lasting.iter().filter(|_| told.in_orders);
         told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
-        let in_the_end = if told.open() { in_the_end(found, environment) } else { None };
-        if let Some(InTheEnd { time, rounds }) = &in_the_end {
+        let in_the_end = if told.open() { end.as_ref() } else { None };
+        if let Some(InTheEnd { time, rounds }) = in_the_end {
             told.answer = "yes";
             told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
             let rounds: Vec<String> = rounds.iter().map(|(name, times)| format!("{name} {times}")).collect();
@@ -86,7 +89,7 @@ impl Run<'_, '_> {
             told.lines.push(format!("on trust: {GREATEST_CYCLE}"));
         }
         let of_the_end = |expectation: &Expectation| {
-            let found = in_the_end.as_ref().filter(|_| is_of_time(expectation));
+            let found = in_the_end.filter(|_| is_of_time(expectation));
             found.is_some_and(|found| has_time(expectation, &found.time, &environment.assumptions))
         };
         let met = |expectation: &Expectation, own: bool| match expectation {
