@@ -31,6 +31,7 @@ mod stretches;
 mod summed;
 mod text;
 mod turned;
+mod units;
 mod whole_parts;
 
 use std::collections::BTreeSet;

@@ -165,6 +165,8 @@ pub enum Failure {
         port: Name,
         /// Who.
         components: Vec<String>,
+        /// Who writes there at once again, but another value.
+        anew: Option<String>,
     },
 }
 
@@ -214,13 +216,13 @@ impl fmt::Display for Failure {
                 "in {component} a communication on {} and one on {} are possible in the same instant, and one ends the other",
                 ports.0, ports.1
             ),
-            Failure::Contention { port, components } => {
+            Failure::Contention { port, components, anew } => {
                 let who = if let [one] = components.as_slice() {
                     &format!("two parts of {one}")
                 } else {
                     &components.join(" and ")
                 };
-                write!(f, "{who} compete for one communication on port {port}")
+                write!(f, "{who} compete for one communication on port {port}{}", told::another_each_time(anew, port))
             }
         }
     }

@@ -18,6 +18,10 @@
 //! `Tau ; Ran_D1<e1> ; Tau ; Ran_D2<e2> ; …`, its moments have one order in all orders of the communications, and the
 //! next of each branch, and no other, can be next. In this case all that is drawn in the instant is in the branches.
 //!
+//! Where a part draws in several branches of its own, of which each waits for what is read of it, these may be told from
+//! each other by the ports and calls that follow the draw. That is a name alone: what is drawn is another thing than all
+//! that was drawn before under it, and the orders must agree as they must for parts.
+//!
 //! A part may depend on what it has drawn in a way that is not decided for all values. It stays as it is, *open*: what it
 //! may do in this instant, for any values whatever, is on ports that no other part may use in it, with no partner inside
 //! and no draw. So for each value it is some state that changes nothing of the above.
@@ -27,9 +31,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::draw::{Due, nth};
 use super::instantly::Reach;
 use super::settle::Runner;
-use super::{MOST_STATES, ORDER, is_drawing, leaves, open_port, rebuilt, stuck};
+use super::{MOST_STATES, ORDER, is_drawing, leaf::Leaf, leaves, open_port, rebuilt, stuck};
 use crate::name::Name;
-use crate::scope::read_names;
+use crate::scope::{read_names, subterms};
 use crate::substitution::{Stuck, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::Value;
@@ -52,17 +56,22 @@ struct State {
 /// The parts after a communication, and those that are then open.
 type Reached = (Vec<Term>, BTreeSet<usize>);
 
-/// What is drawn at one moment: by which part, under which name of its own, the name that it gives, and from what.
-type Moment = Vec<(usize, Name, Name, Value)>;
+/// Who draws: a part, or those branches of it which go on with these ports and calls.
+type Drawer = (usize, BTreeSet<Name>);
+
+/// What is drawn at one moment: by whom, under which name of its own, the name that it gives, and from what.
+type Moment = Vec<(Drawer, Name, Name, Value)>;
 
 struct Search<'s, 'c, 'd> {
     runner: &'s Runner<'c, 'd>,
     ports: &'s [Name],
     /// The names that the network binds.
     bound: &'s BTreeSet<Name>,
-    /// The parts that may draw before any has drawn.
-    drawing: BTreeSet<usize>,
+    /// Those who may draw before any has drawn.
+    drawing: BTreeSet<Drawer>,
     moments: Vec<Moment>,
+    /// Whether the branches of a part are told from each other.
+    by_branches: bool,
     /// Whether parts draw at several moments, until nothing is drawn any more in the instant.
     again: bool,
     states: Vec<State>,
@@ -71,17 +80,19 @@ struct Search<'s, 'c, 'd> {
     ways: Vec<Vec<(usize, Option<usize>)>>,
 }
 
-/// What is drawn, moment by moment: by each part once, and if that has no answer until nothing is drawn any more.
+/// What is drawn, moment by moment: by each part once, and if that has no answer until nothing is drawn any more; then by
+/// each branch of a part.
 pub(super) fn due(runner: &Runner<'_, '_>, start: &Term, ports: &[Name], bound: &BTreeSet<Name>) -> Result<Due, Stuck> {
     let Node::Par(parts) = start.node() else { return stuck(ORDER) };
     let first = State { parts: parts.clone(), open: BTreeSet::new(), drawn: BTreeSet::new() };
-    let search = |again| -> Result<Due, Stuck> {
+    let search = |again, by_branches| -> Result<Due, Stuck> {
         let mut search = Search {
             runner,
             ports,
             bound,
             drawing: BTreeSet::new(),
             moments: Vec::new(),
+            by_branches,
             again,
             states: Vec::new(),
             known: HashMap::new(),
@@ -95,17 +106,30 @@ pub(super) fn due(runner: &Runner<'_, '_>, start: &Term, ports: &[Name], bound: 
         let last = search.last()?;
         search.due(last)
     };
-    search(false).or_else(|why| search(true).map_err(|_| why))
+    let found = search(false, false);
+    found.or_else(|why| search(true, false).or_else(|_| search(false, true)).map_err(|_| why))
 }
 
-/// The name, in this search, of what a part draws; no source text can spell it.
-fn own(part: usize, number: usize) -> Name {
-    Name::new(&format!("!{part}.{number}"))
+/// The name, in this search, of what is drawn; no source text can spell it.
+fn own((part, branch): &Drawer, number: usize) -> Name {
+    let branch: String = branch.iter().map(|name| format!("!{name}")).collect();
+    Name::new(&format!("!{part}.{number}{branch}"))
 }
 
-/// The parts that draw at a moment.
-fn parts(moment: &Moment) -> BTreeSet<usize> {
-    moment.iter().map(|(part, ..)| *part).collect()
+/// Who draws at a moment.
+fn drawers(moment: &Moment) -> BTreeSet<Drawer> {
+    moment.iter().map(|(drawer, ..)| drawer.clone()).collect()
+}
+
+/// The ports and calls of what follows in the innermost sequence.
+fn goes_on(leaf: &Leaf<'_>) -> BTreeSet<Name> {
+    let follows = leaf.followed_by().last();
+    let named = |term: &Term| match term.node() {
+        Node::In(port, _) | Node::Out(port, _) => Some(port.clone()),
+        Node::Call(name, _) => Some(name.clone()),
+        _ => None,
+    };
+    follows.iter().flat_map(|term| subterms(term).into_iter().filter_map(named).collect::<Vec<_>>()).collect()
 }
 
 fn drawn_in(part: &Term) -> bool {
@@ -113,7 +137,13 @@ fn drawn_in(part: &Term) -> bool {
 }
 
 impl Search<'_, '_, '_> {
-    /// The parts that draw after communications alone.
+    /// Who draws at once in a part, in the order of its leaves.
+    fn drawing_in(&self, part: usize, term: &Term) -> Vec<Drawer> {
+        let branch = |leaf: &Leaf<'_>| if self.by_branches { goes_on(leaf) } else { BTreeSet::new() };
+        leaves(term).iter().filter(|leaf| is_drawing(leaf.term)).map(|leaf| (part, branch(leaf))).collect()
+    }
+
+    /// Who draws after communications alone.
     fn find_drawing(&mut self, first: &State) -> Result<(), Stuck> {
         let mut seen = BTreeSet::from([first.parts.clone()]);
         let mut work = vec![first.parts.clone()];
@@ -124,7 +154,8 @@ impl Search<'_, '_, '_> {
                     work.push(next);
                 }
             }
-            self.drawing.extend(due);
+            let drawing = due.iter().flat_map(|part| self.drawing_in(*part, &parts[*part])).collect::<Vec<_>>();
+            self.drawing.extend(drawing);
             if seen.len() > MOST_STATES {
                 return stuck("too much may happen in one instant");
             }
@@ -225,13 +256,12 @@ impl Search<'_, '_, '_> {
         self.states.len() - 1
     }
 
-    /// Whether all parts that draw have drawn, or all moments that were found have been.
+    /// Whether all have drawn that draw, or all moments that were found have been.
     fn is_complete(&self, state: &State) -> bool {
         if self.again {
             return state.drawn.len() == self.moments.len();
         }
-        let drawn: BTreeSet<usize> =
-            state.drawn.iter().flat_map(|moment| &self.moments[*moment]).map(|(part, ..)| *part).collect();
+        let drawn: BTreeSet<Drawer> = state.drawn.iter().flat_map(|moment| drawers(&self.moments[*moment])).collect();
         self.drawing.is_subset(&drawn)
     }
 
@@ -246,13 +276,14 @@ impl Search<'_, '_, '_> {
                 break;
             }
             for part in due {
-                let earlier = state.drawn.iter().flat_map(|moment| &self.moments[*moment]);
-                let mut number = earlier.chain(&made).filter(|(other, ..)| *other == part).count();
+                let mut drawing = self.drawing_in(part, &state.parts[part]).into_iter();
                 state.parts[part] = rebuilt(&state.parts[part], &mut 0, &mut |_, leaf| {
                     let Node::Ran(from, name) = leaf.node() else { return None };
-                    let own = own(part, number);
-                    number += 1;
-                    made.push((part, own.clone(), name.clone(), from.clone()));
+                    let drawer = drawing.next()?;
+                    let earlier = state.drawn.iter().flat_map(|moment| &self.moments[*moment]);
+                    let number = earlier.chain(&made).filter(|(other, ..)| *other == drawer).count();
+                    let own = own(&drawer, number);
+                    made.push((drawer, own.clone(), name.clone(), from.clone()));
                     Some(Term::new(Node::Set(Value::variable(&own), name.clone())))
                 });
                 self.settle(&mut state.parts, part, &mut state.open)?;
@@ -271,15 +302,15 @@ impl Search<'_, '_, '_> {
 
     /// The number of a moment, which comes after all others of its branch that have been found or is one of them.
     fn numbered(&mut self, made: Moment, drawn: &BTreeSet<usize>) -> Result<usize, Stuck> {
-        let drawing = parts(&made);
+        let drawing = drawers(&made);
         let known = self.moments.iter().position(|moment| *moment == made);
-        let meets = |moment: &Moment| !parts(moment).is_disjoint(&drawing);
+        let meets = |moment: &Moment| !drawers(moment).is_disjoint(&drawing);
         let met: Vec<usize> = (0..self.moments.len()).filter(|other| meets(&self.moments[*other])).collect();
         let mut before = met.iter().filter(|other| known.is_none_or(|known| **other < known));
         // As many as have been: no moment of the branch has been that comes after it.
         let in_turn = before.clone().count() == met.iter().filter(|other| drawn.contains(other)).count();
         if !in_turn
-            || !before.all(|other| drawn.contains(other) && self.again && parts(&self.moments[*other]) == drawing)
+            || !before.all(|other| drawn.contains(other) && self.again && drawers(&self.moments[*other]) == drawing)
         {
             return matters("what is drawn at one moment depends on it");
         }
@@ -305,8 +336,8 @@ impl Search<'_, '_, '_> {
     fn branches(&self) -> Vec<Vec<usize>> {
         let mut branches: Vec<Vec<usize>> = Vec::new();
         for number in 0..self.moments.len() {
-            let own = parts(&self.moments[number]);
-            match branches.iter_mut().find(|branch| parts(&self.moments[branch[0]]) == own) {
+            let own = drawers(&self.moments[number]);
+            match branches.iter_mut().find(|branch| drawers(&self.moments[branch[0]]) == own) {
                 Some(branch) => branch.push(number),
                 None => branches.push(vec![number]),
             }

@@ -4,10 +4,13 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
+use super::behind::{behind, solved_behind};
 use super::comparing::with_zero;
 use super::divisors::{divisors, in_each_sign};
 use super::one_by_one::Terms;
 use super::stretches::{Compared, Stretch, natural};
+use super::units::{Asked, InUnits, in_units};
+use super::whole_parts::is_not_before;
 use super::{Comparison, Recurrence, Solved, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -69,7 +72,31 @@ pub fn first(
         }
         Ok(how)
     };
-    in_each_sign(&divisors, known, &check)
+    let told = in_each_sign(&divisors, known.clone(), &check);
+    match (told, solved) {
+        (Err(why), Some(solved)) => asked_otherwise(solved, wanted, (at, conditions), &known).ok_or(why),
+        (told, _) => told,
+    }
+}
+
+/// The same of the later terms alone, of which it is asked, or where a unit of measure is 1.
+fn asked_otherwise(
+    solved: &Solved,
+    wanted: Wanted<'_>,
+    (at, conditions): (&Value, &[Comparison]),
+    known: &Assumptions,
+) -> Option<Earlier> {
+    if let Some((later, (relation, left, right))) = behind(solved.recurrence(), wanted, known) {
+        let forms = solved_behind(&later, solved)?;
+        return first(&later, Some(&forms), (relation, &left, &right), (at, conditions), known).ok();
+    }
+    let asked = Asked { wanted, at: Some(at), conditions };
+    let there = |one: InUnits| {
+        let ((relation, left, right), solved) = (&one.wanted, &one.solved);
+        let place = (one.at.as_ref()?, one.conditions.as_slice());
+        first(solved.recurrence(), Some(solved), (*relation, left, right), place, solved.known()).ok()
+    };
+    in_units(solved, &asked).find_map(there)
 }
 
 /// Whether a comparison holds at an index, by the forms.
@@ -117,19 +144,24 @@ impl Question<'_> {
         if count.is_some_and(|count| count < 0) {
             return Err(Unchecked(format!("there is no term {}", self.at)));
         }
-        let one_by_one = |most: i64| count.filter(|count| *count <= most).is_some_and(|count| self.one_by_one(count));
-        if one_by_one(FEW) {
+        let one_by_one = |most: i64, terms: Terms<'_>| {
+            count.filter(|count| *count <= most).is_some_and(|count| self.one_by_one(count, terms))
+        };
+        if one_by_one(FEW, Terms::of(&self.compared)) {
             return Ok(if count == Some(0) { Earlier::None } else { Earlier::OneByOne });
         }
         if let Some(found) = solved.and_then(|solved| self.in_orders(solved)) {
             return Ok(found);
         }
-        if one_by_one(MOST) { Ok(Earlier::OneByOne) } else { Err(Unchecked("no check of it is known".to_string())) }
+        if one_by_one(MOST, Terms::at_last(&self.compared)) {
+            Ok(Earlier::OneByOne)
+        } else {
+            Err(Unchecked("no check of it is known".to_string()))
+        }
     }
 
     /// Whether it holds after so many steps and not before, by the terms themselves.
-    fn one_by_one(&self, count: i64) -> bool {
-        let mut terms = Terms::of(&self.compared);
+    fn one_by_one(&self, count: i64, mut terms: Terms<'_>) -> bool {
         for step in 0..=count {
             if terms.holds() != Some(step == count) {
                 return false;
@@ -258,7 +290,8 @@ impl Question<'_> {
         for stretch in stretches {
             let mut here = known.clone();
             // Not before where it begins, nor behind that: it is that.
-            if known.decide(Relation::Eq, at, &stretch.from) == Some(true) {
+            let is = |relation: Relation| known.decide(relation, at, &stretch.from) == Some(true);
+            if is(Relation::Eq) || is(Relation::Gte) && is_not_before(&stretch.from, at, &known) {
                 at = &stretch.from;
             }
             if let Some(until) = &stretch.until {

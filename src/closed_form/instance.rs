@@ -10,7 +10,7 @@ impl Solved {
     /// All that was assumed of the parameter must follow for the value from what is known of it and from the conditions.
     ///
     /// # Errors
-    /// Where it does not, or a form is of another kind than one value or pieces.
+    /// Where it does not, or a form is a product, or a sum over such.
     pub fn instance(&self, name: &Name, value: &Value, known: &Assumptions) -> Result<Solved, Unchecked> {
         if self.as_far.is_some() {
             return Err(Unchecked("the forms are not known for every index".to_string()));
@@ -41,16 +41,22 @@ impl Solved {
         });
         let sequences = sequences.collect::<Result<_, ValueError>>()?;
         let recurrence = Recurrence { index: recurrence.index.clone(), from: recurrence.from, sequences };
-        let forms = self.forms.iter().map(|form| with(form, name, value)).collect::<Result<_, _>>()?;
+        let forms = self.forms.iter().map(|form| with(form, &recurrence.index, (name, value)));
+        let forms = forms.collect::<Result<_, _>>()?;
         Ok(Solved { recurrence, forms, conditions, known: here, as_far: None })
     }
 }
 
 /// A form with a value in place of a parameter.
-fn with(form: &Form, name: &Name, value: &Value) -> Result<Form, Unchecked> {
+fn with(form: &Form, index: &Name, (name, value): (&Name, &Value)) -> Result<Form, Unchecked> {
     let put = |one: &Value| one.with(name, value);
+    let other = || Unchecked("a form of another kind has no instances here".to_string());
     Ok(match form {
         Form::Value(early, last) => Form::Value(early.iter().map(put).collect::<Result<_, _>>()?, put(last)?),
+        Form::Sum(early, sum) => {
+            let last = sum.value(index).ok_or_else(other)?;
+            Form::Value(early.iter().map(put).collect::<Result<_, _>>()?, put(&last)?)
+        }
         Form::Pieces(pieces) => {
             let piece = |piece: &Piece| {
                 let until = piece.until.as_ref().map(put).transpose()?;
@@ -58,7 +64,10 @@ fn with(form: &Form, name: &Name, value: &Value) -> Result<Form, Unchecked> {
             };
             Form::Pieces(pieces.iter().map(piece).collect::<Result<_, _>>()?)
         }
-        Form::Turns(forms) => Form::Turns(forms.iter().map(|form| with(form, name, value)).collect::<Result<_, _>>()?),
-        _ => return Err(Unchecked("a form of another kind has no instances here".to_string())),
+        Form::Turns(forms) => {
+            let all = forms.iter().map(|form| with(form, index, (name, value)));
+            Form::Turns(all.collect::<Result<_, _>>()?)
+        }
+        Form::Product(..) | Form::Nested(_) => return Err(other()),
     })
 }

@@ -6,8 +6,10 @@ use super::stretches::{Compared, needs_of};
 use crate::name::Name;
 use crate::value::{Need, Value};
 
-/// The bits that terms may have together, and the longest of them; a part of a term with symbols counts for so many.
+/// The bits that terms may have together, those where nothing else is left to try, and the longest of them; a part of a term with
+/// symbols counts for so many.
 const MOST_BITS: u64 = 1 << 24;
+const MOST_BITS_AT_LAST: u64 = 1 << 28;
 const LONGEST: u64 = 1 << 16;
 const SYMBOLIC: u64 = 1 << 10;
 
@@ -18,6 +20,7 @@ pub(super) struct Terms<'c> {
     images: BTreeMap<Name, Value>,
     step: i64,
     bits: u64,
+    most: u64,
 }
 
 impl<'c> Terms<'c> {
@@ -25,9 +28,14 @@ impl<'c> Terms<'c> {
     pub(super) fn of(compared: &'c Compared<'c>) -> Terms<'c> {
         let now: Vec<Value> =
             compared.recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
-        let mut terms = Terms { compared, now, images: BTreeMap::new(), step: 0, bits: 0 };
+        let mut terms = Terms { compared, now, images: BTreeMap::new(), step: 0, bits: 0, most: MOST_BITS };
         terms.images = terms.read();
         terms
+    }
+
+    /// The same, where nothing else is left to try.
+    pub(super) fn at_last(compared: &'c Compared<'c>) -> Terms<'c> {
+        Terms { most: MOST_BITS_AT_LAST, ..Terms::of(compared) }
     }
 
     fn read(&self) -> BTreeMap<Name, Value> {
@@ -100,7 +108,7 @@ impl<'c> Terms<'c> {
         let lengths = self.now.iter().map(length);
         let (longest, all) = lengths.fold((0, 0), |(longest, all), own| (own.max(longest), all + own));
         self.bits += all;
-        if longest > LONGEST || self.bits > MOST_BITS {
+        if longest > LONGEST || self.bits > self.most {
             return None;
         }
         self.images = self.read();

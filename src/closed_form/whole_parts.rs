@@ -7,6 +7,7 @@ use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
 use super::Unchecked;
+use super::comparing::stands_to_zero;
 use super::pieces::same_settled;
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -148,12 +149,26 @@ pub(super) fn rounded(at: &Value) -> Option<Rounded> {
     up.then(|| Some(Rounded { up, exact: inner.neg().ok()?, rest })).flatten()
 }
 
-/// Whether an index `ceil(X) + k` is not before `ceil(E) + k`, or `floor(E)+1 + k`: where X is not before E, or behind it.
+/// Whether an index is not before `ceil(E) + k`, or `floor(E)+1 + k`: where it is `ceil(X) + k` and X is not before E, or behind
+/// it; or where the index without k is whole, and not before E, or behind it.
 pub(super) fn is_not_before(index: &Value, other: &Value, known: &Assumptions) -> bool {
-    let (Some(one), Some(other)) = (rounded(index), rounded(other)) else { return false };
-    let relation = if other.up { Relation::Gte } else { Relation::Gtr };
-    one.up && one.rest == other.rest && known.decide(relation, &one.exact, &other.exact) == Some(true)
+    let Some(behind) = rounded(other) else { return false };
+    let relation = if behind.up { Relation::Gte } else { Relation::Gtr };
+    let exactly = rounded(index).is_some_and(|one| {
+        one.up && one.rest == behind.rest && known.decide(relation, &one.exact, &behind.exact) == Some(true)
+    });
+    let leaf = |value: &Value, relation: Relation| known.decide(relation, value, &Value::zero());
+    let with_roots = || {
+        let apart = index.sub(&behind.rest).and_then(|index| index.sub(&behind.exact)).ok()?;
+        let whole = [index, other].into_iter().all(|index| known.is_natural(index) == Some(true));
+        let meant = whole && known.gives_meaning(&behind.exact);
+        Some(meant && stands_to_zero(&apart, relation, &leaf, MOST_ROOTS) == Some(true))
+    };
+    exactly || with_roots() == Some(true)
 }
+
+/// The most roots that one comparison is taken apart by.
+const MOST_ROOTS: usize = 1;
 
 #[cfg(test)]
 mod tests {

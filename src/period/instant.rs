@@ -277,7 +277,9 @@ impl Clock<'_> {
         let port = &besides.writer.port;
         if !besides.rivals.is_empty() && !board.writes_again(&besides.writer) {
             let components = besides.rivals.iter().map(|component| self.name(*component)).collect();
-            return Err(Failure::Contention { port: written(port), components }.into());
+            let anew = board.on(port, true).find(|offer| offer.place == besides.writer.place);
+            let anew = anew.map(|offer| self.name_of(offer));
+            return Err(Failure::Contention { port: written(port), components, anew }.into());
         }
         for (writer, reader) in &besides.pairs {
             if let Some(gone) = [reader, writer].into_iter().find(|offer| !board.has(offer)) {
@@ -353,7 +355,7 @@ impl Clock<'_> {
         for offer in components.iter().flat_map(|component| moment.board.of(*component)) {
             if let Some(components) = moment.order.rivals(offer) {
                 let components = components.into_iter().map(|component| self.name(component)).collect();
-                return Err(Failure::Contention { port: written(&offer.port), components }.into());
+                return Err(Failure::Contention { port: written(&offer.port), components, anew: None }.into());
             }
             if let Some((component, other)) = moment.order.missed(offer) {
                 return race(component, &offer.port, other);
@@ -370,7 +372,7 @@ impl Clock<'_> {
         if board.on(&writer.port, true).nth(1).is_some() {
             let components: BTreeSet<usize> = board.on(&writer.port, true).map(|offer| offer.place.component).collect();
             let components = components.into_iter().map(|component| self.name(component)).collect();
-            return Err(Failure::Contention { port: written(&writer.port), components }.into());
+            return Err(Failure::Contention { port: written(&writer.port), components, anew: None }.into());
         }
         Ok(())
     }

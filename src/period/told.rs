@@ -73,6 +73,15 @@ pub(super) fn each_time(changes: &[(Name, Value)]) -> String {
     if changes.is_empty() { String::new() } else { format!(", each time with {}", changes.join(" and ")) }
 }
 
+/// That it matters who reads first where each is written another value, and what would tell.
+pub(super) fn another_each_time(writer: &Option<String>, port: &Name) -> String {
+    let Some(writer) = writer else { return String::new() };
+    format!(
+        ": {writer} writes another value there each time, so it matters who reads first; one value for both would be \
+         `(Out_{{{port},…}} | Out_{{{port}2,…}})`, on a port for each"
+    )
+}
+
 /// ` if a = b and …`, or nothing.
 pub(crate) fn in_case(tests: &[Test]) -> String {
     in_case_after(tests, None)

@@ -38,7 +38,7 @@ impl Explorer<'_> {
     /// Which delay ends first. Where what remains of them is a variable of its phase, in every order; such a phase may ask
     /// of its variables what never comes, so this is left to those who follow it.
     pub(super) fn first(
-        &self,
+        &mut self,
         state: &[Run],
         delays: &[Value],
         assumptions: Assumptions,
@@ -83,7 +83,7 @@ impl Explorer<'_> {
     }
 
     /// That it is not known which of two delays ends first. No assumption tells of what varies from round to round.
-    fn undecided(&self, state: &[Run], one: &Value, other: &Value) -> Failure {
+    fn undecided(&mut self, state: &[Run], one: &Value, other: &Value) -> Failure {
         let varying: Vec<Name> = [one, other]
             .iter()
             .flat_map(|delay| delay.variables())
@@ -91,6 +91,7 @@ impl Explorer<'_> {
             .collect();
         let (one, other) = (self.whose(state, one), self.whose(state, other));
         let Some(name) = varying.first() else { return Failure::Order { one, other } };
+        self.counted = true;
         Failure::not_found(format!(
             "it must be known whether {} <= {}, what remains of the delays of {} and {}, where {name} is another from round to round",
             one.1, other.1, one.0, other.0

@@ -13,10 +13,10 @@ use crate::value::{Relation, Value};
 use crate::verify::{equal, rounded, side};
 
 /// The most times that a run is followed, and that it is not known where it comes to, before that is known in a case.
-const MOST_RUNS: usize = 12;
+const MOST_RUNS: usize = 24;
 /// The most comparisons that one case may depend on.
 const MOST_ASKED: usize = 5;
-const MOST_FAILURES: usize = 4;
+const MOST_FAILURES: usize = 6;
 
 /// What is found in a case; or why it is open there.
 pub(crate) type Found = Result<Known, Option<String>>;
