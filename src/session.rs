@@ -15,6 +15,7 @@ pub(crate) mod delays;
 mod digits;
 mod drawn;
 mod entered;
+mod flow;
 mod illustrate;
 mod instances;
 mod likely;

@@ -43,11 +43,14 @@ impl Parser<'_> {
         Ok(Find { index, either })
     }
 
-    /// `r(10)`, a term of a sequence, as a name; or `r(n)`, all of them.
+    /// `r(10)`, a term of a sequence, as a name; or `r(n)`, all of them; or `f(r,k)`, a flow function.
     pub(super) fn term_of(&mut self, name: Ident) -> Parse<Ident> {
         self.take(Role::Joining);
         if self.at(Kind::Lower) {
             self.advance();
+            while self.accept(Kind::Comma) {
+                self.small("a variable of the phase")?;
+            }
         } else {
             if self.at(Kind::Minus) {
                 self.take(Role::Opening);

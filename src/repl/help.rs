@@ -47,7 +47,7 @@ expect proved | refuted | open | t1 = 10     behind the claim\n",
         "system Sys = P | Q           the ports that they share are private to them
 property Goal = Delay_{?t1} ; (Delay_{?t2} # At_a) ; Goal
 period Sys                   what repeats, and the phases: expect yes | no | lasting = 2*t | phases = 3
-flow Sys                     how a round changes the variables
+flow Sys                     how a round changes the variables: expect f(r) = r+u | f2(r) = r | lasting2 = t
 project P to {At}            what is seen of P
 probability of Sys showing At_p where |p-9| <= 1 at 10     `by exact`, `enclosed`, `estimated`
 prove Sys satisfies Goal\n",

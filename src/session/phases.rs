@@ -71,7 +71,17 @@ impl Run<'_, '_> {
         let Some(found) = environment.system(system) else {
             return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
         };
-        let wanted: Vec<&Expectation> = waiting.expected.iter().map(|(expectation, _)| expectation).collect();
+        self.period_of(found, environment, &waiting.expected)
+    }
+
+    /// The same of a system, and of what is expected with its text.
+    pub(super) fn period_of(
+        &mut self,
+        found: &System,
+        environment: &Environment,
+        expected: &[(Expectation, String)],
+    ) -> (Vec<String>, Vec<Expected>) {
+        let wanted: Vec<&Expectation> = expected.iter().map(|(expectation, _)| expectation).collect();
         let end = LazyCell::new(|| in_the_end(found, environment));
         let most = delays::orders_beside(found, environment, || end.is_some());
         let mut told = told_of(found, environment, &wanted, most, &|| self.surroundings.interrupted());
@@ -96,7 +106,7 @@ impl Run<'_, '_> {
             Expectation::Answer(word) => word.as_str() == told.answer,
             _ => own || of_the_end(expectation),
         };
-        let all = waiting.expected.iter().zip(&told.met);
+        let all = expected.iter().zip(&told.met);
         let expected = all
             .map(|((expectation, text), own)| Expected { text: text.clone(), met: met(expectation, *own) })
             .collect();

@@ -31,7 +31,10 @@ impl Run<'_, '_> {
                 let (lines, expected) = self.period(name, waiting);
                 ("period", lines, expected)
             }
-            Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
+            Question::Flow(name) => {
+                let (lines, expected) = self.flow(name, waiting);
+                ("flow", lines, expected)
+            }
             Question::Solve(solve) => {
                 let (lines, expected) = super::solve::answer(solve, waiting, &|| self.surroundings.interrupted());
                 let asked = Asked { question: (**solve).clone(), known: waiting.environment.assumptions.clone() };

@@ -1,13 +1,13 @@
-//! `Sys satisfies Goal`, `period Sys`, `flow Sys`.
+//! `Sys satisfies Goal`, and how a system is told in each order of its delays.
 
 use super::beside::{BESIDE, Leaving, READERS, relevant, without_readers};
 use super::claim::Found;
 use super::contradiction::contradict;
-use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, either_case, in_orders};
+use super::delays::{self, MOST_CLAIMED, Order, either_case, in_orders};
 use super::parts::{large_part, separate};
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
-use crate::closed_form::{compared, term};
+use crate::closed_form::compared;
 use crate::flow::{PhaseFlow, component_periods, flows, needed};
 use crate::lower::{Environment, System};
 use crate::name::Name;
@@ -25,7 +25,7 @@ const MOST_PHASES: usize = 12;
 /// Values that come by turns that are listed.
 const MOST_TURNS: usize = 8;
 /// Said of phases that were followed along the run alone.
-const ALONG: &str = "the ways are those that the run takes; no others were looked for";
+pub(super) const ALONG: &str = "the ways are those that the run takes; no others were looked for";
 /// The longest closed formula that is printed whole, in characters.
 const WIDE: usize = 160;
 /// The longest reason.
@@ -109,37 +109,6 @@ impl Run<'_, '_> {
         let found = |case: &Order| self.satisfies_under(system, property, &case.environment, most - 1);
         Found::in_each(&cases, cases.iter().map(found).collect(), false)
     }
-
-    pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
-        let surroundings = self.surroundings;
-        self.examined(system, waiting, |_, period, environment| {
-            let mut lines = Vec::new();
-            for flow in flows(period, environment) {
-                lines.extend(flow.lines());
-                let n = flow.index();
-                let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
-                lines.extend(flow.steps(&n).iter().map(next));
-                let stop = || surroundings.interrupted();
-                lines.extend(recurrence_lines(&flow, &n, &environment.assumptions, &stop));
-                let means = flow.means(&n, &environment.assumptions, &stop);
-                let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n));
-                lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
-            }
-            lines.extend(period.along_the_run.then(|| ALONG.to_string()));
-            lines
-        })
-    }
-
-    fn examined(
-        &mut self,
-        system: &Name,
-        waiting: &Waiting,
-        describe: impl Fn(&System, &Period, &Environment) -> Vec<String>,
-    ) -> Vec<String> {
-        let environment = &waiting.environment;
-        let Some(found) = environment.system(system) else { return vec![format!("there is no system {system}")] };
-        examined(found, environment, &describe, MOST_ORDERS, &|| self.surroundings.interrupted()).0
-    }
 }
 
 /// What comes of a property of what shows it alone, with what that takes on trust: where the whole has no period, or nothing
@@ -165,7 +134,7 @@ fn of_part(
 
 /// What is said of the period of a system, where it is not known which of two delays ends first in each order; and whether
 /// one was found. `most`: so many times.
-fn examined(
+pub(super) fn examined(
     system: &System,
     environment: &Environment,
     describe: &dyn Fn(&System, &Period, &Environment) -> Vec<String>,
@@ -201,7 +170,12 @@ fn examined(
 }
 
 /// The closed forms of a phase, and why there are none of some variables.
-fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
+pub(super) fn recurrence_lines(
+    flow: &PhaseFlow,
+    index: &Name,
+    assumptions: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Vec<String> {
     let found = flow.recurrences(index, assumptions, stop);
     let sums = if found.missing.is_empty() { Vec::new() } else { flow.sums(index, assumptions) };
     if !sums.is_empty() {
@@ -331,7 +305,7 @@ fn leg_lines(number: usize, leg: &Leg, phase: Option<&PhaseFlow>) -> Vec<String>
     lines
 }
 
-fn closed_lines(name: &Name, closed: &Closed, index: &Name) -> Vec<String> {
+pub(super) fn closed_lines(name: &Name, closed: &Closed, index: &Name) -> Vec<String> {
     let when = in_case(&needed(closed));
     closed
         .pieces
