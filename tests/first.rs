@@ -211,3 +211,61 @@ fn squares_in_symbols_are_proved_in_every_case() {
         assert!(told.contains("checked"), "{told}");
     }
 }
+
+/// In units of measure in which one parameter is 1; nothing that is not the same in all units is shown so.
+#[test]
+fn a_first_index_is_shown_in_units_and_no_other() {
+    let (v, w, g, d) = (var("v"), var("w"), var("g"), var("d"));
+    let around = |at: &Value| vec![add(at, &int(1)), sub(at, &int(1)), int(0), int(1)];
+    let throw = "y(n+1) = y(n)+u(n), u(n+1) = u(n)-g, y(0) = 0, u(0) = v find n with y(n) <= 0 and n > 0\n";
+    let down = add(&div(&int(2).mul(&v).unwrap(), &g).ceiling().unwrap(), &int(1));
+    only(&format!("param v > 0, g > 0\nsolve {throw}"), Earlier::Forms, &around(&down));
+    // What is assumed of the unit and is no matter of units goes over nowhere, and is not needed.
+    only(&format!("param v > 0, g > 0, g <= 3\nsolve {throw}"), Earlier::Forms, &around(&down));
+    let away = div(&d, &add(&v.mul(&v).unwrap(), &w.mul(&w).unwrap()).sqrt().unwrap()).ceiling().unwrap();
+    let line = "solve r(n+1) = r(n)+(v,w), r(0) = (0,0) find n with norm(r(n)) >= d\n";
+    only(&format!("param v > 0, w > 0, d > 0\n{line}"), Earlier::Forms, &around(&away));
+    // These are right for 1 alone.
+    let straight = "param v > 0, d > 0\nsolve x(n+1) = x(n)+v, x(0) = 0 find n with x(n) >= d\n";
+    let right = div(&d, &v).ceiling().unwrap();
+    assert_eq!(shown(straight, &right, &[]), Some(Earlier::Forms));
+    for at in [d.ceiling().unwrap(), d.mul(&v).unwrap().ceiling().unwrap(), div(&int(1), &v).ceiling().unwrap()] {
+        assert_eq!(shown(straight, &at, &[]), None, "{at}");
+    }
+    let apart = "param v > 0, d > 0\nsolve x(n+1) = x(n)+1, x(0) = 0 find n with x(n) >= d*v\n";
+    assert_eq!(shown(apart, &d.ceiling().unwrap(), &[]), None);
+}
+
+/// A ramp to a greatest speed, where the goal is met before that is reached, also just there.
+#[test]
+fn a_first_index_within_a_ramp_is_shown_and_no_other() {
+    let (a, g) = (var("a"), var("g"));
+    let ramp = "solve r(n+1) = r(n)+s(n), s(n+1) = min(s(n)+a,M), r(0) = 0, s(0) = 0 find n with r(n) >= g\n";
+    let asked = format!("param a > 0, M > 0, g > 0, a*floor(-M/a)^2 >= 2*g+a*ceil(M/a)\n{ramp}");
+    let under = add(&a.mul(&a).unwrap(), &int(8).mul(&a).unwrap().mul(&g).unwrap());
+    let root = sub(&div(&under.sqrt().unwrap(), &int(2).mul(&a).unwrap()), &frac(1, 2));
+    let at = add(&root.ceiling().unwrap(), &int(1));
+    only(&asked, Earlier::Forms, &[add(&at, &int(1)), sub(&at, &int(1)), div(&var("M"), &a).ceiling().unwrap()]);
+    // Where it may be met behind the ramp this is not the index.
+    assert_eq!(shown(&format!("param a > 0, M > 0, g > 0\n{ramp}"), &at, &[]), None);
+    for (a, m, g) in [(1, 3, 3), (1, 3, 2), (2, 7, 12), (1, 5, 10), (3, 4, 3), (1, 1, 1)] {
+        let asked = format!("param a = {a}, M = {m}, g = {g}\n{ramp}");
+        let (question, environment) = question(&asked);
+        let solved = solve_until(question.recurrence.clone(), &environment.assumptions, &|| false).ok();
+        let (relation, left, right) = question.find.expect("a goal");
+        let known = &environment.assumptions;
+        let found = reach(&question.recurrence, solved.as_ref(), (relation, &left, &right), known, &|| false);
+        let (mut place, mut speed, mut count) = (0, 0, 0);
+        while place < g {
+            (place, speed, count) = (place + speed, (speed + a).min(m), count + 1);
+        }
+        assert_eq!(found, Reach::At(int(count), Vec::new()), "{asked}");
+    }
+}
+
+/// Long terms are compared one by one where nothing else tells.
+#[test]
+fn a_late_index_of_long_terms_is_shown() {
+    let asked = "solve h(n+1) = h(n)+1/(n+1), h(0) = 0 find n with h(n) >= 8\n";
+    only(asked, Earlier::OneByOne, &[int(1673), int(1675)]);
+}

@@ -8,6 +8,7 @@ use super::divisors::{divisors, in_each_sign};
 use super::first::Wanted;
 use super::one_by_one::Terms;
 use super::stretches::{Compared, Stretch};
+use super::units::{Asked, InUnits, in_units};
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, remainders};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -67,7 +68,14 @@ pub fn never(
         let compared = Compared { recurrence, wanted, known };
         compared.never(solved, bounds).ok_or_else(|| Unchecked("no check of it is known".to_string()))
     };
-    in_each_sign(&divisors, known, &check)
+    in_each_sign(&divisors, known, &check).or_else(|why| {
+        let asked = Asked { wanted, at: None, conditions: &[] };
+        let there = |one: InUnits| {
+            let ((relation, left, right), solved) = (&one.wanted, &one.solved);
+            never(solved.recurrence(), Some(solved), (*relation, left, right), (solved.known(), &[])).ok()
+        };
+        solved.and_then(|solved| in_units(solved, &asked).find_map(there)).ok_or(why)
+    })
 }
 
 impl Compared<'_> {

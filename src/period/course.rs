@@ -102,13 +102,18 @@ fn steering(edge: &Edge, after: &[BTreeSet<Name>]) -> BTreeSet<Name> {
 
 impl Period {
     /// Whether a phase comes again, and the run is not known to end all the same; of phases in every order of their delays,
-    /// if it is known that the run comes again.
+    /// if it is known that the run comes again, or no way of all these ends.
     pub fn comes_again(&self, course: Option<&Course>) -> bool {
         match course {
             Some(Course::Ends(..)) => false,
             Some(Course::Repeats { .. }) => self.repeats(),
-            None => self.repeats() && !self.in_every_order,
+            None => self.repeats() && !(self.in_every_order && self.may_end()),
         }
+    }
+
+    /// Whether some way leads to an end.
+    fn may_end(&self) -> bool {
+        self.ways().any(|edge| matches!(edge.next, Next::End(_)))
     }
 
     /// For each phase the variables that what comes, how long it takes, or whether it has a meaning depends on.

@@ -18,6 +18,7 @@ use crate::period::course::Course;
 use crate::period::{self, Failure, InTheEnd, Period, graph, in_case};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
+use crate::verify::equal;
 
 /// The answer where it is not known whether a period comes again.
 const UNKNOWN: &str = "unknown";
@@ -161,12 +162,15 @@ fn is_of_time(expectation: &Expectation) -> bool {
     matches!(expectation, Expectation::Values(values) if values.iter().all(|(name, _)| name.as_str() == "lasting"))
 }
 
+/// Whether what was found is what is expected, with the integer parts of either.
+fn same(found: &Value, wanted: &Value, known: &Assumptions) -> bool {
+    equal(found, wanted, known) || equal(wanted, found, known)
+}
+
 /// Whether it lasts as long as is expected.
 fn has_time(expectation: &Expectation, time: &Value, known: &Assumptions) -> bool {
     let Expectation::Values(values) = expectation else { return false };
-    values
-        .iter()
-        .all(|(_, wanted)| known.gives_meaning(wanted) && known.decide(Relation::Eq, time, wanted) == Some(true))
+    values.iter().all(|(_, wanted)| known.gives_meaning(wanted) && equal(time, wanted, known))
 }
 
 /// What is said in each order, and what holds in all.
@@ -336,8 +340,7 @@ fn is_met(
         Course::Ends(..) => None,
     });
     let is = |found: Option<Value>, wanted: &Value| {
-        let decide = |found: &Value| environment.assumptions.decide(Relation::Eq, found, wanted);
-        found.is_some_and(|found| decide(&found) == Some(true))
+        found.is_some_and(|found| same(&found, wanted, &environment.assumptions))
     };
     match expectation {
         Expectation::Values(values) => values.iter().all(|(name, wanted)| match (name.as_str(), period) {
