@@ -22,7 +22,7 @@ mod likely;
 mod matched;
 mod orders;
 pub(crate) mod parts;
-mod phases;
+pub(crate) mod phases;
 mod question;
 mod reading;
 mod roughly;

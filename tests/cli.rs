@@ -84,9 +84,9 @@ fn what_does_not_repeat_has_no_period() {
     };
     let halts = "proc A = In_a<x> ; Out_{b,1} ; A\nproc B = In_b<y> ; Out_{a,1} ; B\nsystem Sys = A | B\n";
     let (exit, said) = of(halts);
-    assert!(exit == 1 && said.ends_with("no period: no phase comes back\n"), "{exit}: {said}");
+    assert!(exit == 1 && said.contains("\nno period: no phase comes back\n"), "{exit}: {said}");
     let (exit, said) = of("proc A = Delay_1 ; Out_{c,1}\nproc B = In_c<x>\nsystem Sys = A | B\n");
-    assert!(exit == 1 && said.ends_with("no period: the run ends\n"), "{exit}: {said}");
+    assert!(exit == 1 && said.contains("\nno period: the run ends\n"), "{exit}: {said}");
     let (exit, said) = of("proc A = Delay_1 ; Out_{c,1} ; A\nproc B = In_c<x> ; B\nsystem Sys = A | B\n");
     assert!(exit == 0 && !said.contains("no period"), "{exit}: {said}");
     // A script says the same.

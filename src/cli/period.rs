@@ -11,10 +11,10 @@ use crate::name::Name;
 use crate::period::{Failure, Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
-use crate::session::beside::BESIDE;
 use crate::session::course::{Known, course_of};
 use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
-use crate::session::parts::{Part, Together, headline, in_all, parted, parted_after};
+use crate::session::parts::{Part, Together, in_all, parted, parted_after};
+use crate::session::phases::period_lines;
 use crate::transition_system::{MOST_DRAWN, TransitionSystem, dot, svg, svg_of_each, titled_dot};
 
 /// How the phases are written.
@@ -41,7 +41,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     watch.begins("the period");
     let made = make(request, watch, colour);
     watch.ends();
-    let shown = match made.map(|found| shown(&found, request.format)) {
+    let shown = match made {
         Ok(Ok(shown)) => shown,
         Ok(Err(too_many)) => {
             complain(&too_many);
@@ -77,62 +77,54 @@ fn lines(lines: impl IntoIterator<Item = String>) -> String {
     lines.into_iter().map(|line| format!("{line}\n")).collect()
 }
 
-/// What was found, as it is asked for; or why it cannot be drawn.
-fn shown(found: &Analysed, format: Format) -> Result<Shown, String> {
-    match found {
-        Analysed::Parts(..) | Analysed::Orders(_) if format == Format::Svg => in_one_picture(found),
-        Analysed::Whole(period, known) => whole(period, known.as_ref(), format),
-        Analysed::Parts(..) | Analysed::Orders(_) if format == Format::Dot => in_graphs(found),
-        Analysed::Parts(parts, ways, all) => Ok(each_part(parts, *ways, all, format)),
-        Analysed::Orders(orders) => each_order(orders, format),
-        Analysed::Nothing(failures) => {
-            let remarks = lines(failures.iter().map(Failure::to_string));
-            Ok(Shown { text: String::new(), remarks, again: false })
+/// The graphs that were found, as they are asked for; or why they cannot be drawn.
+fn drawn(found: &Analysed, format: Format) -> Result<Shown, String> {
+    let mut graphs = Vec::new();
+    titled(found, "", &mut graphs);
+    let single = matches!(found, Analysed::Whole(..));
+    let text = match format {
+        Format::Svg => {
+            let most = graphs.iter().map(|(_, graph)| graph.states()).max().unwrap_or(0);
+            let picture = match graphs.as_slice() {
+                [] => Some(String::new()),
+                [(_, graph)] if single => svg(graph),
+                all => svg_of_each(all),
+            };
+            picture.ok_or_else(|| too_many(most))?
         }
-    }
-}
-
-fn whole(period: &Period, known: Option<&Known>, format: Format) -> Result<Shown, String> {
-    let course = known.map(|known| &known.course);
-    let again = period.comes_again(course);
-    let remarks = lines(graph::remarks(period, course).into_iter().chain(known.map(Known::line)));
-    Ok(match format {
-        Format::Text => Shown { text: lines(graph::lines(period)) + &remarks, remarks: String::new(), again },
-        Format::Dot => Shown { text: dot(&graph::system(period)), remarks, again },
-        Format::Svg => match svg(&graph::system(period)) {
-            Some(text) => Shown { text, remarks, again },
-            None => return Err(too_many(period.phases.len())),
-        },
-    })
+        _ if single => graphs.iter().map(|(_, graph)| dot(graph)).collect(),
+        _ => graphs.iter().map(|(title, graph)| titled_dot(graph, title)).collect(),
+    };
+    let (remarks, again) = beside(found);
+    Ok(Shown { text, remarks: lines(remarks), again })
 }
 
 fn too_many(phases: usize) -> String {
     format!("{phases} phases are too many to draw, fewer than {MOST_DRAWN} are: try `--format dot`\n")
 }
 
-/// The phases of each part, or in each order, one below the other under its title; what is said of them is said beside it.
-fn in_one_picture(found: &Analysed) -> Result<Shown, String> {
-    let mut graphs = Vec::new();
-    titled(found, "", &mut graphs);
-    let most = graphs.iter().map(|(_, graph)| graph.states()).max().unwrap_or(0);
-    let text = svg_of_each(&graphs).ok_or_else(|| too_many(most))?;
-    Ok(Shown { text, ..beside(found)? })
-}
-
-/// The same as graphs one after the other, each with its title.
-fn in_graphs(found: &Analysed) -> Result<Shown, String> {
-    let mut graphs = Vec::new();
-    titled(found, "", &mut graphs);
-    let text = graphs.iter().map(|(title, graph)| titled_dot(graph, title)).collect();
-    Ok(Shown { text, ..beside(found)? })
-}
-
-/// What is said beside the graphs or pictures of parts and orders.
-fn beside(found: &Analysed) -> Result<Shown, String> {
+/// What is said beside graphs, and whether the system comes again.
+fn beside(found: &Analysed) -> (Vec<String>, bool) {
     match found {
-        Analysed::Parts(parts, ways, all) => Ok(each_part(parts, *ways, all, Format::Dot)),
-        Analysed::Orders(orders) => each_order(orders, Format::Dot),
-        found => shown(found, Format::Dot),
+        Analysed::Whole(period, known) => {
+            let course = known.as_ref().map(|known| &known.course);
+            let remarks = graph::remarks(period, course).into_iter().chain(known.as_ref().map(Known::line));
+            (remarks.collect(), period.comes_again(course))
+        }
+        Analysed::Parts(_, all) => {
+            let again = all.answer() == "yes";
+            (all.line().filter(|_| !again).into_iter().collect(), again)
+        }
+        Analysed::Orders(orders) => {
+            let (mut remarks, mut again) = (Vec::new(), true);
+            for (title, found) in orders {
+                let (own, comes_again) = beside(found);
+                again &= comes_again;
+                remarks.extend((!own.is_empty()).then(|| told(title, own)).into_iter().flatten());
+            }
+            (remarks, again)
+        }
+        Analysed::Nothing(failures) => (failures.iter().map(Failure::to_string).collect(), false),
     }
 }
 
@@ -140,7 +132,7 @@ fn titled(found: &Analysed, title: &str, graphs: &mut Vec<(String, TransitionSys
     let under = |own: String| if title.is_empty() { own } else { format!("{title}, {own}") };
     match found {
         Analysed::Whole(period, _) => graphs.push((title.to_string(), graph::system(period))),
-        Analysed::Parts(parts, ..) => graphs.extend(parts.iter().enumerate().map(|(number, part)| {
+        Analysed::Parts(parts, _) => graphs.extend(parts.iter().enumerate().map(|(number, part)| {
             (under(format!("part {}: {}", number + 1, part.names())), graph::system(&part.period))
         })),
         Analysed::Orders(orders) => {
@@ -150,57 +142,19 @@ fn titled(found: &Analysed, title: &str, graphs: &mut Vec<(String, TransitionSys
     }
 }
 
-/// The phases of parts without a common port, one after the other; each of them comes back to a phase.
-fn each_part(parts: &[Part], ways: usize, all: &Together, format: Format) -> Shown {
-    let (mut text, again) = (String::new(), all.answer() == "yes");
-    match format {
-        Format::Text => {
-            text.push_str(&format!("{}\n", headline(parts, ways)));
-            for (number, part) in parts.iter().enumerate() {
-                text.push_str(&format!("part {}: {}\n", number + 1, part.names()));
-                let lines = graph::lines(&part.period).into_iter().chain(graph::remarks(&part.period, None));
-                text.extend(lines.map(|line| format!("  {line}\n")));
-            }
-            text.extend(all.line().filter(|_| again).map(|line| format!("{line}\n")));
-            text.push_str(&format!("on trust: {BESIDE}\n"));
-        }
-        Format::Dot | Format::Svg => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
-    }
-    Shown { text, remarks: lines(all.line().filter(|_| !again)), again }
-}
-
-/// The phases in each order of two delays, one after the other.
-fn each_order(orders: &[(String, Analysed)], format: Format) -> Result<Shown, String> {
-    let (mut all, mut again) = (String::new(), true);
-    let mut remarks = String::new();
-    for (title, found) in orders {
-        let inner = shown(found, format)?;
-        again &= inner.again;
-        let own = |text: &str| lines(told(title, text.lines().map(str::to_string).collect()));
-        match format {
-            Format::Text => all.push_str(&own(&(inner.text + &inner.remarks))),
-            _ => {
-                all.push_str(&inner.text);
-                remarks.extend((!inner.remarks.is_empty()).then(|| own(&inner.remarks)));
-            }
-        }
-    }
-    Ok(Shown { text: all, remarks, again })
-}
-
 /// What was found of a system.
 enum Analysed {
     /// A period, and where the run comes to if that is known and the phases do not say it.
     Whole(Period, Option<Known>),
-    /// Parts without a common port, with the number of ways that they have side by side, and what they make together.
-    Parts(Vec<Part>, usize, Together),
+    /// Parts without a common port, and what they make together.
+    Parts(Vec<Part>, Together),
     /// Of two delays it is not known which ends first: in each order, by its title.
     Orders(Vec<(String, Analysed)>),
     /// No period, and why.
     Nothing(Vec<Failure>),
 }
 
-fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, Refused> {
+fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Shown, String>, Refused> {
     let source = read(&request.file, colour)?;
     let environment = declared(&source, watch, colour)?;
     let systems: Vec<(&Name, &System)> = environment
@@ -218,15 +172,23 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, 
             None => return Err(format!("there is no system `{wanted}`; the file declares {}\n", names())),
         },
     };
-    Ok(analysed(system, &environment, MOST_ORDERS, &|| watch.interrupted()))
+    let interrupted = || watch.interrupted();
+    if request.format == Format::Text {
+        let (text, again) = period_lines(system, &environment, &interrupted);
+        return Ok(Ok(Shown { text: lines(text), remarks: String::new(), again }));
+    }
+    Ok(drawn(&analysed(system, &environment, MOST_ORDERS, &interrupted), request.format))
 }
 
 /// What is found of a system, in at most so many orders inside one another.
 fn analysed(system: &System, environment: &Environment, most: usize, interrupted: &dyn Fn() -> bool) -> Analysed {
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-    if let Some((parts, ways)) = parted(system, environment, interrupted) {
+    let together = |parts: Vec<Part>| {
         let all = in_all(&parts, environment, interrupted);
-        return Analysed::Parts(parts, ways, all);
+        Analysed::Parts(parts, all)
+    };
+    if let Some((parts, _)) = parted(system, environment, interrupted) {
+        return together(parts);
     }
     match analyse_until(&system.components, definitions, assumptions, interrupted) {
         Ok(period) => {
@@ -243,10 +205,7 @@ fn analysed(system: &System, environment: &Environment, most: usize, interrupted
                 return Analysed::Orders(titled());
             }
             match parted_after(&failures, system, environment, interrupted) {
-                Some((parts, ways)) => {
-                    let all = in_all(&parts, environment, interrupted);
-                    Analysed::Parts(parts, ways, all)
-                }
+                Some((parts, _)) => together(parts),
                 None => Analysed::Nothing(failures),
             }
         }

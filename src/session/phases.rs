@@ -83,24 +83,9 @@ impl Run<'_, '_> {
         expected: &[(Expectation, String)],
     ) -> (Vec<String>, Vec<Expected>) {
         let wanted: Vec<&Expectation> = expected.iter().map(|(expectation, _)| expectation).collect();
-        let end = LazyCell::new(|| in_the_end(found, environment));
-        let most = delays::orders_beside(found, environment, || end.is_some());
-        let mut told = told_of(found, environment, &wanted, most, &|| self.surroundings.interrupted());
-        let whole = told.lasting.iter().filter(|_| told.in_orders);
-        told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
-        let in_the_end = if told.open() { end.as_ref() } else { None };
-        if let Some(InTheEnd { time, rounds }) = in_the_end {
-            told.answer = "yes";
-            told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
-            let rounds: Vec<String> = rounds.iter().map(|(name, times)| format!("{name} {times}")).collect();
-            told.lines.push(format!("  rounds: {}", rounds.join(", ")));
-            if told.lasts_otherwise(time) {
-                told.lines.push(format!("  {FEWER}"));
-            }
-            told.lines.push(format!("on trust: {GREATEST_CYCLE}"));
-        }
+        let (told, in_the_end) = told_in_all(found, environment, &wanted, &|| self.surroundings.interrupted());
         let of_the_end = |expectation: &Expectation| {
-            let found = in_the_end.filter(|_| is_of_time(expectation));
+            let found = in_the_end.as_ref().filter(|_| is_of_time(expectation));
             found.is_some_and(|found| has_time(expectation, &found.time, &environment.assumptions))
         };
         let met = |expectation: &Expectation, own: bool| match expectation {
@@ -113,6 +98,42 @@ impl Run<'_, '_> {
             .collect();
         (told.lines, expected)
     }
+}
+
+/// What is said of the period of a system, and whether it is known to come again.
+pub(crate) fn period_lines(
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> (Vec<String>, bool) {
+    let (told, _) = told_in_all(system, environment, &[], interrupted);
+    (told.lines, told.answer == "yes")
+}
+
+/// What is said of a system in each order of its delays and of all of them, and what it takes in the end, where that is said.
+fn told_in_all(
+    system: &System,
+    environment: &Environment,
+    wanted: &[&Expectation],
+    interrupted: &dyn Fn() -> bool,
+) -> (Told, Option<InTheEnd>) {
+    let end = LazyCell::new(|| in_the_end(system, environment));
+    let most = delays::orders_beside(system, environment, || end.is_some());
+    let mut told = told_of(system, environment, wanted, most, interrupted);
+    let whole = told.lasting.iter().filter(|_| told.in_orders);
+    told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
+    let in_the_end = if told.open() { end.clone() } else { None };
+    if let Some(InTheEnd { time, rounds }) = &in_the_end {
+        told.answer = "yes";
+        told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
+        let rounds: Vec<String> = rounds.iter().map(|(name, times)| format!("{name} {times}")).collect();
+        told.lines.push(format!("  rounds: {}", rounds.join(", ")));
+        if told.lasts_otherwise(time) {
+            told.lines.push(format!("  {FEWER}"));
+        }
+        told.lines.push(format!("on trust: {GREATEST_CYCLE}"));
+    }
+    (told, in_the_end)
 }
 
 /// What is said of a system, where it is not known which of two delays ends first in each order; `most`: so many times.
