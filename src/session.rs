@@ -23,6 +23,7 @@ mod matched;
 mod orders;
 pub(crate) mod parts;
 pub(crate) mod phases;
+pub(crate) mod print;
 mod question;
 mod reading;
 mod roughly;

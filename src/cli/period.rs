@@ -15,6 +15,7 @@ use crate::session::course::{Known, course_of};
 use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
 use crate::session::parts::{Part, Together, in_all, parted, parted_after};
 use crate::session::phases::period_lines;
+use crate::session::print::flow_for_print;
 use crate::transition_system::{MOST_DRAWN, TransitionSystem, dot, svg, svg_of_each, titled_dot};
 
 /// How the phases are written.
@@ -26,6 +27,8 @@ pub(super) enum Format {
     Dot,
     /// A picture.
     Svg,
+    /// The flow as tables for LaTeX, with `amsmath`.
+    Latex,
 }
 
 /// What `pars period` is asked for.
@@ -176,6 +179,14 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Sho
     if request.format == Format::Text {
         let (text, again) = period_lines(system, &environment, &interrupted);
         return Ok(Ok(Shown { text: lines(text), remarks: String::new(), again }));
+    }
+    if request.format == Format::Latex {
+        return Ok(Ok(match flow_for_print(system, &environment, MOST_ORDERS, &interrupted) {
+            Ok(text) => Shown { text, remarks: String::new(), again: true },
+            Err(failures) => {
+                Shown { text: String::new(), remarks: lines(failures.iter().map(Failure::to_string)), again: false }
+            }
+        }));
     }
     Ok(drawn(&analysed(system, &environment, MOST_ORDERS, &interrupted), request.format))
 }

@@ -6,15 +6,15 @@ use super::help;
 use super::prompt::Prompt;
 use crate::diagnostic::nearest;
 use crate::explain::{Chain, Why};
-use crate::flow::flows;
 use crate::latex;
 use crate::law::{Law, Laws};
-use crate::lower::{Entity, Environment, Quantity};
+use crate::lower::{Entity, Quantity};
 use crate::mark::marked;
 use crate::name::Name;
-use crate::period::analyse;
 use crate::report::{Output, abbreviated};
 use crate::script::read_file;
+use crate::session::delays::MOST_ORDERS;
+use crate::session::print::flow_for_print;
 
 /// The commands with what may follow them and what they do.
 pub const COMMANDS: [(&str, &str, &str); 15] = [
@@ -181,7 +181,7 @@ fn latex(prompt: &Prompt, rest: &str) -> String {
     if let ("flow", name) = (first, second.trim())
         && !name.is_empty()
     {
-        return flow_for_print(session.environment(), name);
+        return flow_of(prompt, name);
     }
     // One word is the name of a claim, if there is such a claim.
     let alone = second.is_empty() && (first.is_empty() || session.record(first).is_some());
@@ -211,12 +211,13 @@ fn back(prompt: &mut Prompt, number: &str) -> String {
 }
 
 /// The phases of a system in LaTeX.
-fn flow_for_print(environment: &Environment, name: &str) -> String {
+fn flow_of(prompt: &Prompt, name: &str) -> String {
+    let session = prompt.session();
+    let environment = session.environment();
     let Some(system) = environment.system(&Name::new(name)) else { return format!("there is no system `{name}`\n") };
-    match analyse(&system.components, &environment.definitions, &environment.assumptions) {
-        Ok(period) => latex::phases(&flows(&period, environment), &environment.assumptions),
-        Err(failures) => failures.iter().map(|failure| format!("{failure}\n")).collect(),
-    }
+    let interrupted = || session.surroundings().interrupted();
+    flow_for_print(system, environment, MOST_ORDERS, &interrupted)
+        .unwrap_or_else(|failures| failures.iter().map(|failure| format!("{failure}\n")).collect())
 }
 
 fn laws(laws: &Laws, word: &str) -> String {
