@@ -267,7 +267,10 @@ impl Assumptions {
             _ if possible.is_empty() => None,
             _ if possible.within(Signs::of(relation)) => Some(true),
             _ if possible.within(Signs::of(relation.negated())) => Some(false),
-            _ => self.as_stated(relation, value).or_else(|| self.decided_by_equations(relation, value)),
+            _ => self
+                .as_stated(relation, value)
+                .or_else(|| self.decided_by_equations(relation, value))
+                .or_else(|| self.decided_without_maxima(relation, value)),
         }
     }
 

@@ -47,6 +47,17 @@ impl Assumptions {
         new.then(|| self.decide_unless_contradictory(relation, &simple))?
     }
 
+    /// What is decided of a value with its maxima resolved, where the assumptions decide one of them.
+    pub(super) fn decided_without_maxima(&self, relation: Relation, value: &Value) -> Option<bool> {
+        let maxima = |value: &Value| value.atoms().iter().filter(|atom| matches!(atom, Atom::Maximum(_))).count();
+        let before = maxima(value);
+        if before == 0 {
+            return None;
+        }
+        let simple = within_depth(|| self.simplify(value))?;
+        (maxima(&simple) < before).then(|| self.decide_unless_contradictory(relation, &simple))?
+    }
+
     /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
     pub fn simplify(&self, value: &Value) -> Value {
         if value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_))) {
