@@ -269,7 +269,7 @@ impl PhaseFlow {
         solve_apart(&changing, &starts, index, &self.named.known(assumptions), stop)
     }
 
-    /// The closed forms in each case of what is open, where none is found without, for the reasons that are given.
+    /// The closed forms of all variables in each case of what is open for some, for the reasons that are given.
     pub fn recurrences_in_cases(
         &self,
         found: &Apart,
@@ -278,7 +278,7 @@ impl PhaseFlow {
         stop: &dyn Fn() -> bool,
     ) -> Vec<InCase<Solved>> {
         let open = found.missing.iter().map(|(_, reason)| reason).find(|reason| reason.open.is_some());
-        match open.filter(|_| found.closed.is_empty()) {
+        match open {
             Some(reason) => solve_in_cases(&self.recurrence(index), reason, assumptions, stop),
             None => Vec::new(),
         }

@@ -26,7 +26,9 @@ pub fn phases(flows: &[PhaseFlow], assumptions: &Assumptions) -> String {
 fn closed_forms(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions) -> Vec<(String, String)> {
     let found = flow.recurrences(index, assumptions, &|| false);
     let cases = flow.recurrences_in_cases(&found, index, assumptions, &|| false);
-    let closed = found.closed.into_iter().map(|one| ("", one));
+    // In each case all are told.
+    let closed = if cases.is_empty() { found.closed } else { Vec::new() };
+    let closed = closed.into_iter().map(|one| ("", one));
     let means = flow.means(index, assumptions, &|| false).into_iter().map(|one| ("\\operatorname{E}", one));
     let mut rows = Vec::new();
     for (of, (name, closed)) in closed.chain(means) {

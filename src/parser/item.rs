@@ -327,9 +327,15 @@ impl Parser<'_> {
         }
         let mut values = Vec::new();
         loop {
-            let name = self.small(
+            // Sequences of `solve` may begin with a capital.
+            let capital = self.at(Kind::Upper) && matches!(self.ahead(1).kind, Kind::OpenRound | Kind::Equal);
+            let name = if capital {
+                Ok(self.ident())
+            } else {
+                self.small(
                 "`proved`, `refuted`, `open`, `met`, `not met`, `yes`, `no`, `unknown`, `never`, `= P`, or a value such as `t1 = 10`",
-            )?;
+            )
+            }?;
             let name = if self.at(Kind::OpenRound) { self.term_of(name)? } else { name };
             self.require(Kind::Equal, "`=` and a value")?;
             values.push((name, self.value()?));

@@ -115,7 +115,9 @@ pub(super) fn large_part(
 
 /// What is said of parts before they are told one by one.
 pub(crate) fn headline(parts: &[Part], ways: usize) -> String {
-    let why = if ways > MOST_TOGETHER {
+    let why = if ways == usize::MAX {
+        "they have more ways from phase to phase than can be counted here".to_string()
+    } else if ways > MOST_TOGETHER {
         format!("they have {ways} ways from phase to phase")
     } else {
         "they are not followed to the end".to_string()

@@ -15,6 +15,7 @@ use crate::name::Name;
 use crate::preorder::Preorder;
 use crate::report::{Expected, Output};
 use crate::simplify::alone;
+use crate::value::Value;
 
 /// A question.
 pub(super) enum Question {
@@ -66,6 +67,30 @@ pub(super) struct Waiting {
 /// What is expected, as it is written behind the word.
 pub(super) fn expected_text(source: &Source, span: Span) -> String {
     span.of(&source.text).trim().trim_start_matches("expect").trim().to_string()
+}
+
+/// Values that are expected together as values by themselves, each as it is written.
+fn each_by_itself(expectation: Expectation, text: String) -> Vec<(Expectation, String)> {
+    let Expectation::Values(values) = &expectation else { return vec![(expectation, text)] };
+    let (mut depth, mut parts) = (0i32, vec![String::new()]);
+    for letter in text.chars() {
+        match letter {
+            '(' | '{' | '[' => depth += 1,
+            ')' | '}' | ']' => depth -= 1,
+            _ => {}
+        }
+        match parts.last_mut() {
+            _ if letter == ',' && depth == 0 => parts.push(String::new()),
+            Some(part) => part.push(letter),
+            None => {}
+        }
+    }
+    if parts.len() != values.len() {
+        return vec![(expectation, text)];
+    }
+    let single =
+        |(value, part): (&(Name, Value), String)| (Expectation::Values(vec![value.clone()]), part.trim().to_string());
+    values.iter().zip(parts).map(single).collect()
 }
 
 /// One text, or one input, being run.
@@ -207,7 +232,13 @@ impl<'r, 'e> Run<'r, 'e> {
     fn expect(&mut self, environment: &Environment, source: &Source, span: Span, expectation: Expectation) {
         let text = expected_text(source, span);
         if let Some(waiting) = &mut self.waiting {
-            waiting.expected.push((expectation, text));
+            match &waiting.question {
+                // Each is right or wrong by itself.
+                Question::Period(_) | Question::Flow(_) | Question::Solve(_) => {
+                    waiting.expected.extend(each_by_itself(expectation, text));
+                }
+                _ => waiting.expected.push((expectation, text)),
+            }
             return;
         }
         // At the prompt an expectation may come in an input of its own.

@@ -186,6 +186,7 @@ pub(super) fn recurrence_lines(
     // An order that is open is told as `solve` tells it.
     let orders = flow.recurrences_in_cases(&found, index, assumptions, stop);
     if !orders.is_empty() {
+        lines.clear();
         for case in orders {
             lines.push(format!("  closed    if {}:", case.title()));
             lines.extend(case.found.lines().into_iter().map(|line| format!("              {line}")));
