@@ -100,6 +100,24 @@ fn steering(edge: &Edge, after: &[BTreeSet<Name>]) -> BTreeSet<Name> {
     names
 }
 
+/// For each phase, by its ways, the variables that what comes, how long it takes, or whether it has a meaning depends on.
+pub(super) fn steering_of(phases: &[&[Edge]]) -> Vec<BTreeSet<Name>> {
+    let mut all: Vec<BTreeSet<Name>> = vec![BTreeSet::new(); phases.len()];
+    loop {
+        let mut grown = false;
+        for (number, edges) in phases.iter().enumerate() {
+            let names: BTreeSet<Name> = edges.iter().flat_map(|edge| steering(edge, &all)).collect();
+            if let Some(own) = all.get_mut(number) {
+                grown |= names.iter().any(|name| !own.contains(name));
+                own.extend(names);
+            }
+        }
+        if !grown {
+            return all;
+        }
+    }
+}
+
 impl Period {
     /// Whether a phase comes again, and the run is not known to end all the same; of phases in every order of their delays,
     /// if it is known that the run comes again, or no way of all these ends.
@@ -116,22 +134,9 @@ impl Period {
         self.ways().any(|edge| matches!(edge.next, Next::End(_)))
     }
 
-    /// For each phase the variables that what comes, how long it takes, or whether it has a meaning depends on.
     fn steering(&self) -> Vec<BTreeSet<Name>> {
-        let mut all: Vec<BTreeSet<Name>> = vec![BTreeSet::new(); self.phases.len()];
-        loop {
-            let mut grown = false;
-            for (number, phase) in self.phases.iter().enumerate() {
-                let names: BTreeSet<Name> = phase.edges.iter().flat_map(|edge| steering(edge, &all)).collect();
-                if let Some(own) = all.get_mut(number) {
-                    grown |= names.iter().any(|name| !own.contains(name));
-                    own.extend(names);
-                }
-            }
-            if !grown {
-                return all;
-            }
-        }
+        let ways: Vec<&[Edge]> = self.phases.iter().map(|phase| phase.edges.as_slice()).collect();
+        steering_of(&ways)
     }
 
     /// Where the system comes to from the start. None where the assumptions do not say which way it takes, something is

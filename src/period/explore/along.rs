@@ -4,10 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::rc::Rc;
 
+use super::super::course::steering_of;
 use super::super::instant::Clock;
 use super::super::run::{Env, Path, RawTest, Run};
-use super::super::{End, Failure};
-use super::{Explorer, Graph, Held, Kept, Target, Way};
+use super::super::{Edge, End, Failure};
+use super::{Explorer, Graph, Held, Kept, Spot, Target, Way};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::term::Term;
@@ -19,6 +20,8 @@ const MANY_WAYS: usize = 250;
 const MOST_ROUNDS: usize = 3_000;
 const MOST_SIZE: usize = 60;
 const MOST_BITS: u64 = 512;
+/// After so many rounds, and twice as many each time, it is asked whether what steers the run has come again.
+const FIRST_LOOK: usize = 16;
 /// How often it is followed anew because a value turned out to be a variable.
 const MOST_PASSES: usize = 64;
 
@@ -95,12 +98,13 @@ impl<'a> Explorer<'a> {
         Err(Failure::not_found("the values of the phases do not settle"))
     }
 
-    /// Follows the run until it comes again to a phase with equal values, or ends; false where a phase has become more general
-    /// on the way.
+    /// Follows the run until it comes again to a phase with equal values, or with equal ones of those that steer it, or ends; false
+    /// where a phase has become more general on the way.
     fn follow(&mut self, first: &Way) -> Result<bool, Failure> {
         let mut visited: HashSet<(usize, Vec<Value>)> = HashSet::new();
         let mut way = first.clone();
         let mut visit = Visit::new();
+        let (mut trail, mut look): (Vec<(usize, Visit)>, usize) = (Vec::new(), FIRST_LOOK);
         loop {
             if !way.draws.is_empty() {
                 return Err(several());
@@ -120,6 +124,13 @@ impl<'a> Explorer<'a> {
                 return Err(Failure::not_found("the run does not come round soon"));
             }
             visit = self.visit_of(spot, &entries);
+            trail.push((spot, visit.clone()));
+            if trail.len() >= look {
+                if self.comes_again(&trail)? {
+                    return Ok(true);
+                }
+                look *= 2;
+            }
             way = match self.taken(spot, &visit).cloned() {
                 Some(way) => way,
                 None => {
@@ -138,6 +149,23 @@ impl<'a> Explorer<'a> {
                 }
             };
         }
+    }
+
+    /// Whether the last of these visits is as an earlier one in all that the ways taken so far depend on: what is counted beside
+    /// goes on, and the same ways are taken again.
+    fn comes_again(&self, trail: &[(usize, Visit)]) -> Result<bool, Failure> {
+        let Some(((spot, visit), earlier)) = trail.split_last() else { return Ok(false) };
+        if self.spots[*spot].ways.is_empty() {
+            return Ok(false);
+        }
+        let edges = |spot: &Spot| spot.ways.iter().map(|way| self.edge(way)).collect::<Result<Vec<_>, _>>();
+        let edges = self.spots.iter().map(edges).collect::<Result<Vec<_>, _>>()?;
+        let ways: Vec<&[Edge]> = edges.iter().map(Vec::as_slice).collect();
+        let steering = steering_of(&ways);
+        let same = |(other, before): &(usize, Visit)| {
+            other == spot && steering[*spot].iter().all(|name| before.get(name) == visit.get(name))
+        };
+        Ok(earlier.iter().any(same))
     }
 
     fn at(&self, value: &Value, visit: &Visit) -> Result<Value, Failure> {
