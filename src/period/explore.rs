@@ -4,12 +4,14 @@ mod along;
 mod clocks;
 mod delays;
 mod general;
+mod kept;
 mod waits;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::delays::First;
+use self::kept::{Kept, beside};
 use super::control::Control;
 use super::held::{Held, Together, first_held, name_variables};
 use super::instant::{Clock, Moment};
@@ -112,18 +114,8 @@ struct Explorer<'a> {
     many: bool,
     /// Along one run: what the variables of the phase are.
     visit: Option<BTreeMap<Name, Value>>,
-}
-
-/// By what phases of the same control points are apart.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kept {
-    /// By the delays that remain.
-    Delays,
-    /// By these and by the values held.
-    Values,
-    /// By nothing: what differs between two visits is a variable, also what remains of a delay. Which of them ends first is
-    /// then asked in every order, and the phases may ask of their variables what never comes.
-    Nothing,
+    /// Whether what is called so steers nothing.
+    steers_nothing: Option<Box<dyn Fn(&Name) -> bool>>,
 }
 
 /// Runs the system. Where that fails with variables for what changes, a few values that come again and again may do:
@@ -147,12 +139,16 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     let counted = explorer.counted
         || grown
         || matches!(&failure, Failure::Order { one, other } if drift::counted([&one.1, &other.1].into_iter(), assumptions));
-    let others = [(explorer.general, Kept::Values), (counted, Kept::Nothing)];
+    let general = explorer.general;
+    let others = [(general, Kept::Values), (general, Kept::Steering), (counted, Kept::Nothing)];
     let drifts = explorer.grown || matches!(failure, Failure::Order { .. });
     let follow = explorer.general && matches!(failure, Failure::NoPeriod { .. });
     let mut clock = explorer.clock;
     for kept in others.into_iter().filter_map(|(may, kept)| may.then_some(kept)) {
         let mut explorer = Explorer::new(clock, assumptions, kept);
+        if kept == Kept::Steering {
+            explorer.steers_nothing = Some(Box::new(beside(components, definitions)));
+        }
         match explorer.run(components) {
             Err(other) if other != Failure::Interrupted => {
                 clock = explorer.clock;
@@ -199,6 +195,7 @@ impl<'a> Explorer<'a> {
             beside: 0,
             many: false,
             visit: None,
+            steers_nothing: None,
         }
     }
 
@@ -302,9 +299,14 @@ impl<'a> Explorer<'a> {
         Ok(ways)
     }
 
+    /// Whether what stands there steers nothing, if that matters.
+    fn is_beside(&self, slot: &Slot<'_>) -> bool {
+        matches!(slot, Slot::Name(name) if self.steers_nothing.as_ref().is_some_and(|nothing| nothing(name)))
+    }
+
     /// The phase of a state, new or known; a known one may have to be generalised and explored again.
     fn arrive(&mut self, state: &[Run], work: &mut BTreeSet<usize>) -> Result<Target, Failure> {
-        let (mut entries, mut hints, mut delays) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut entries, mut hints, mut delays, mut beside) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut take = |slot: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
             if matches!(slot, Slot::Delay) {
                 if self.kept != Kept::Nothing && !self.clock.settler.varies(value) {
@@ -314,11 +316,14 @@ impl<'a> Explorer<'a> {
                 delays.push(None);
             }
             let hint = if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") };
+            let nothing = self.is_beside(&slot);
             let Some(parts) = value.components() else {
                 entries.push(value.clone());
+                beside.push(nothing);
                 hints.push(hint);
                 return Ok(Value::zero());
             };
+            beside.extend(parts.iter().map(|_| nothing));
             hints.extend((0..parts.len()).map(|place| hint.component(place, parts.len())));
             let nothing = Value::vector(vec![Value::zero(); parts.len()]);
             entries.extend(parts);
@@ -329,8 +334,11 @@ impl<'a> Explorer<'a> {
         let control = self.index.get_key_value(&control).map_or(control, |(known, _)| known.clone());
         let remainders = self.index.entry(control.clone()).or_default();
         let mut key = delays.clone();
-        if self.kept == Kept::Values {
-            key.extend(entries.iter().map(|entry| (!self.clock.settler.varies(entry)).then(|| entry.clone())));
+        if self.kept.values() {
+            let kept = |(entry, beside): (&Value, &bool)| {
+                (!beside && !self.clock.settler.varies(entry)).then(|| entry.clone())
+            };
+            key.extend(entries.iter().zip(&beside).map(kept));
         }
         if let Some(found) = remainders.get(&key).copied() {
             if self.absorb(found, &entries) {
@@ -342,7 +350,7 @@ impl<'a> Explorer<'a> {
         let left = || remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten());
         let apart = || drift::apart(left(), self.assumptions);
         let held = remainders.len() >= MOST_HELD && self.clock.settler.durations_differ();
-        let many = held || self.kept == Kept::Values && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
+        let many = held || self.kept.values() && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
         if many || number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
             (self.counted, self.grown) = (drift::counted(left(), self.assumptions), true);
             return Err(drift::growth(self.clock.names, state, number, self.assumptions));
