@@ -303,6 +303,39 @@ fn each_order_of_two_delays_is_told_by_the_command() {
     let (graphs, _) = told(&["--format", "dot"]);
     assert_eq!(graphs.matches("digraph").count(), 3, "{graphs}");
     assert!(graphs.contains("digraph \"if w < t\" {\n  label=\"if w < t\";"), "{graphs}");
+    let (print, code) = told(&["--format", "latex"]);
+    assert!(code == 0 && print.matches("\\paragraph{if w ").count() == 3, "{print}");
+    assert_eq!(print.matches("f(k) &= k+1").count(), 3, "{print}");
+}
+
+/// Of several values that are expected those are named that are not so, behind `flow`, `period` and `solve`.
+#[test]
+fn each_value_that_is_expected_is_right_or_wrong_by_itself() {
+    let script = "proc A_k = Delay_1 ; A_{k+1}\nsystem S = A_0\nflow S\nexpect f(k) = k+1, lasting1 = 2, phases = 1\n\
+        expect f(k) = k, f2(k) = k+1, f(z) = z+1, k(n) = k0+n\nperiod S\nexpect lasting = 1, phases = 2\n\
+        solve T(n+1) = 2*T(n), T(0) = 1\nexpect T(n) = 2^n, T(5) = 31, T(4) = 16\n";
+    let output = ran(script);
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    let unmet: Vec<&str> = told.lines().filter_map(|line| line.trim().strip_prefix("but expected ")).collect();
+    assert_eq!(unmet, ["lasting1 = 2", "f(k) = k", "f2(k) = k+1", "f(z) = z+1", "phases = 2", "T(5) = 31"], "{told}");
+    assert_eq!(output.status.code(), Some(1), "{told}");
+}
+
+/// Two readers of a sensor that draws anew compete, and it is said what would do.
+#[test]
+fn who_competes_for_another_value_is_told_what_would_do() {
+    let script = |write: &str, port: &str| {
+        format!(
+            "proc Noisy = Ran_{{Uniform(0,1)}}<w> ; {write} ; Noisy\nproc One = In_p<x> ; Delay_1 ; One\n\
+             proc Two = In_{port}<x> ; Delay_1 ; Two\nsystem S = Noisy | One | Two\nperiod S\n"
+        )
+    };
+    let told = |text: &str| String::from_utf8_lossy(&ran(text).stdout).into_owned();
+    let races = told(&script("Out_{p,w}", "p"));
+    assert!(races.contains("Noisy writes another value there each time"), "{races}");
+    assert!(races.contains("`(Out_{p,…} | Out_{p2,…})`, on a port for each"), "{races}");
+    let apart = told(&script("(Out_{p,w} | Out_{p2,w})", "p2"));
+    assert!(apart.contains("lasting: 1") && apart.contains("by the kernel: all"), "{apart}");
 }
 
 /// Eight guards asked at one moment are 256 ways: the run takes two of them, and nobody in it waits for ever.

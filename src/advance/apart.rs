@@ -129,7 +129,7 @@ fn goes_on(leaf: &Leaf<'_>) -> BTreeSet<Name> {
         Node::Call(name, _) => Some(name.clone()),
         _ => None,
     };
-    follows.iter().flat_map(|term| subterms(term).into_iter().filter_map(named).collect::<Vec<_>>()).collect()
+    follows.iter().flat_map(|term| subterms(term).filter_map(named).collect::<Vec<_>>()).collect()
 }
 
 fn drawn_in(part: &Term) -> bool {

@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::delays::First;
-use self::kept::{Kept, beside};
+use self::kept::{Kept, steering};
 use super::control::Control;
 use super::held::{Held, Together, first_held, name_variables};
 use super::instant::{Clock, Moment};
@@ -114,8 +114,8 @@ struct Explorer<'a> {
     many: bool,
     /// Along one run: what the variables of the phase are.
     visit: Option<BTreeMap<Name, Value>>,
-    /// Whether what is called so steers nothing.
-    steers_nothing: Option<Box<dyn Fn(&Name) -> bool>>,
+    /// The names that steer something, where these alone are kept apart.
+    steering: Option<BTreeSet<Name>>,
 }
 
 /// Runs the system. Where that fails with variables for what changes, a few values that come again and again may do:
@@ -147,7 +147,7 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     for kept in others.into_iter().filter_map(|(may, kept)| may.then_some(kept)) {
         let mut explorer = Explorer::new(clock, assumptions, kept);
         if kept == Kept::Steering {
-            explorer.steers_nothing = Some(Box::new(beside(components, definitions)));
+            explorer.steering = Some(steering(components, definitions));
         }
         match explorer.run(components) {
             Err(other) if other != Failure::Interrupted => {
@@ -195,7 +195,7 @@ impl<'a> Explorer<'a> {
             beside: 0,
             many: false,
             visit: None,
-            steers_nothing: None,
+            steering: None,
         }
     }
 
@@ -301,7 +301,7 @@ impl<'a> Explorer<'a> {
 
     /// Whether what stands there steers nothing, if that matters.
     fn is_beside(&self, slot: &Slot<'_>) -> bool {
-        matches!(slot, Slot::Name(name) if self.steers_nothing.as_ref().is_some_and(|nothing| nothing(name)))
+        matches!(slot, Slot::Name(name) if self.steering.as_ref().is_some_and(|steering| !steering.contains(name)))
     }
 
     /// The phase of a state, new or known; a known one may have to be generalised and explored again.

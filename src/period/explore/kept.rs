@@ -31,9 +31,8 @@ impl Kept {
     }
 }
 
-/// Whether no guard, duration or draw reads what is called so, also not by what it is handed on as, and no value that may have
-/// no meaning.
-pub(super) fn beside(components: &[Term], definitions: &Definitions) -> impl Fn(&Name) -> bool + use<> {
+/// The names that a guard, duration or draw reads, also by what they are handed on as, or a value that may have no meaning.
+pub(super) fn steering(components: &[Term], definitions: &Definitions) -> BTreeSet<Name> {
     let (mut terms, mut seen) = (components.to_vec(), BTreeSet::new());
     let mut next = 0;
     while let Some(term) = terms.get(next) {
@@ -50,7 +49,7 @@ pub(super) fn beside(components: &[Term], definitions: &Definitions) -> impl Fn(
         let written = terms.iter().flat_map(|term| written(term, &ports)).collect::<BTreeSet<_>>();
         steering.extend(written);
         if steering.len() == before {
-            return move |name| !steering.contains(name);
+            return steering;
         }
     }
 }
