@@ -294,9 +294,12 @@ fn each_order_of_two_delays_is_told_by_the_command() {
     };
     let (each, code) = told(&[]);
     assert_eq!(code, 0, "{each}");
-    for line in ["if w < t:", "if w = t:", "if w > t:", "  phase 1: Left, Right", "    -> phase 1, lasting t"] {
+    for line in ["if w < t:", "if w = t:", "if w > t:", "  rounds: Left 1, Right 1", "  lasting: t"] {
         assert!(each.lines().any(|one| one == line), "{line}: {each}");
     }
+    let script = String::from_utf8_lossy(&ran(&format!("{text}period Sys\n")).stdout).into_owned();
+    let same: Vec<&str> = script.lines().skip(1).map(|line| line.strip_prefix("    ").unwrap_or(line)).collect();
+    assert_eq!(each.lines().collect::<Vec<_>>(), same);
     let (picture, code) = told(&["--format", "svg"]);
     let inner = picture.matches("<g transform").count();
     assert!(code == 0 && inner == 3 && picture.contains(">if w &lt; t</text>"), "{picture}");
