@@ -324,6 +324,23 @@ fn each_value_that_is_expected_is_right_or_wrong_by_itself() {
     assert_eq!(output.status.code(), Some(1), "{told}");
 }
 
+/// What is expected of a flow is so in every order of delays, also in one without a period, and of the very index that is named.
+#[test]
+fn a_flow_is_as_expected_in_every_order_and_at_each_index() {
+    let unmet = |script: &str| {
+        let told = String::from_utf8_lossy(&ran(script).stdout).into_owned();
+        let unmet = told.lines().filter_map(|line| line.trim().strip_prefix("but expected "));
+        unmet.map(str::to_string).collect::<Vec<_>>()
+    };
+    let orders = "param a > 0, b > 0\nproc D_r = Delay_a ; In_c<x> ; Delay_b ; D_{r+x}\n\
+        proc E_q = Delay_b ; In_c<y> ; Delay_a ; E_{q+y}\nproc W_k = Out_{c,k} ; W_{k+1}\nsystem S = D_0 | E_0 | W_0\n\
+        flow S\nexpect f1(k) = k+2, lasting1 = a+b\n";
+    assert_eq!(unmet(orders), ["f1(k) = k+2", "lasting1 = a+b"]);
+    let script = "param r0, u > 0\nproc A_r = (Delay_u # At_r) ; A_{r+u}\nsystem S = A_{r0}\nflow S\n\
+        expect r(n) = r0+n*u, r(10) = r0+10*u, r(10) = r0+n*u, r(k) = r0+k*u\n";
+    assert_eq!(unmet(script), ["r(10) = r0+n*u", "r(k) = r0+k*u"]);
+}
+
 /// Two readers of a sensor that draws anew compete, and it is said what would do.
 #[test]
 fn who_competes_for_another_value_is_told_what_would_do() {

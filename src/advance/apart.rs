@@ -20,7 +20,8 @@
 //!
 //! Where a part draws in several branches of its own, of which each waits for what is read of it, these may be told from
 //! each other by the ports and calls that follow the draw. That is a name alone: what is drawn is another thing than all
-//! that was drawn before under it, and the orders must agree as they must for parts.
+//! that was drawn before under it, and the orders must agree as they must for parts. A branch that draws only when another
+//! has drawn comes later, as a part does.
 //!
 //! A part may depend on what it has drawn in a way that is not decided for all values. It stays as it is, *open*: what it
 //! may do in this instant, for any values whatever, is on ports that no other part may use in it, with no partner inside

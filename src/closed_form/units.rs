@@ -201,6 +201,10 @@ impl<'a> Scale<'a> {
         let conditions =
             asked.conditions.iter().filter_map(|(relation, left, right)| self.sides((*relation, left, right)));
         let conditions = conditions.collect();
+        // The forms rest on their conditions at 1, which must be so of the question that was asked.
+        if !solved.conditions().iter().all(|(relation, left, right)| self.sides((*relation, left, right)).is_some()) {
+            return None;
+        }
         let known = self.known.without_name(self.unit);
         let solved = solved.instance(self.unit, &Value::one(), &known).ok()?;
         Some(InUnits { solved, wanted, at, conditions })

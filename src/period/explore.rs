@@ -100,7 +100,7 @@ struct Explorer<'a> {
     kept: Kept,
     /// Whether a value that differs between two visits has been made a variable.
     general: bool,
-    /// Whether how often one delay goes into another depends on a number of times that is a parameter.
+    /// Whether how often one delay goes into another depends on a parameter, or which ends first on what varies.
     counted: bool,
     /// Whether more delays that remain were found than may be.
     grown: bool,

@@ -21,8 +21,9 @@ enum Wanted {
     Images(Option<usize>, Vec<Name>),
     /// `lasting2 = 3`: how long each way through a phase takes.
     Lasting(usize),
-    /// `r = r0+n` or `r(n) = r0+n`: the closed form of a variable of the only phase with rounds.
-    Form(Name),
+    /// `r = r0+n` or `r(n) = r0+n`, with the index in which the table has it: the closed form of a variable of the only phase
+    /// with rounds; or `r(10) = r0+10`, one of its values.
+    Form(Name, Option<Name>),
     /// Of the period: `lasting = 3`, `phases = 2`.
     Period,
 }
@@ -38,13 +39,13 @@ impl Wanted {
             let names = || list.trim_end_matches(')').split(',').map(Name::new).collect();
             return match numbered("f", head) {
                 Some(phase) => Wanted::Images(phase, names()),
-                None => Wanted::Form(Name::new(head)),
+                None => Wanted::Form(Name::new(head), Some(Name::new(list.trim_end_matches(')')))),
             };
         }
         match numbered("lasting", text) {
             Some(Some(phase)) => Wanted::Lasting(phase),
             _ if matches!(text, "lasting" | "phases") => Wanted::Period,
-            _ => Wanted::Form(name.clone()),
+            _ => Wanted::Form(name.clone(), None),
         }
     }
 }
@@ -73,7 +74,7 @@ impl Run<'_, '_> {
         let stop = || surroundings.interrupted();
         // In each order of delays, what is expected of each flow.
         let met: RefCell<Vec<Vec<bool>>> = RefCell::default();
-        let (lines, _) = examined(
+        let (lines, _, every) = examined(
             found,
             environment,
             &|_, period, environment| {
@@ -95,7 +96,8 @@ impl Run<'_, '_> {
             if of_period.is_empty() { Vec::new() } else { self.period_of(found, environment, &of_period).1 }
                 .into_iter();
         let met = met.into_inner();
-        let holds = |place: usize| !met.is_empty() && met.iter().all(|order| order.get(place) == Some(&true));
+        // Where an order has no period nothing holds in it.
+        let holds = |place: usize| every && met.iter().all(|order| order.get(place) == Some(&true));
         let expected = waiting.expected.iter().zip(&wanted).enumerate().map(|(place, ((_, text), (own, rest)))| {
             let also = rest.is_none() || of_period.next().is_some_and(|one| one.met);
             Expected { text: text.clone(), met: also && (own.is_empty() || holds(place)) }
@@ -141,23 +143,39 @@ fn is_met(
                     .is_some_and(|duration| under(tests, known).decide(Relation::Eq, &duration, value) == Some(true))
             };
             let of_exits = flow.exits.iter().filter_map(|exit| Some((exit.passing()?.1, &exit.tests)));
-            let mut ways = flow.ways.iter().map(|way| (way.duration(), &way.tests)).chain(of_exits);
-            Some(ways.all(|(duration, tests)| lasts(duration, tests)))
+            let mut ways = flow.ways.iter().map(|way| (way.duration(), &way.tests)).chain(of_exits).peekable();
+            Some(ways.peek().is_some() && ways.all(|(duration, tests)| lasts(duration, tests)))
         }
-        Wanted::Form(name) => {
-            let flow = only()?;
-            let found = flow.recurrences(&flow.index(), known, stop);
-            let (_, closed) = found.closed.iter().find(|(own, _)| own == name)?;
-            let [piece] = closed.pieces.as_slice() else { return None };
-            let mut known = known.clone();
-            known.assume_natural(&flow.index());
-            for (relation, left, right) in &closed.conditions {
-                known.assume(*relation, left, right);
-            }
-            known.decide(Relation::Eq, &piece.form, value)
-        }
+        Wanted::Form(name, at) => has_form(only()?, (name, at.as_ref()), value, known, stop),
         Wanted::Period => None,
     }
+}
+
+/// Whether the closed form of a variable is this, or its value at an index.
+fn has_form(
+    flow: &PhaseFlow,
+    (name, at): (&Name, Option<&Name>),
+    value: &Value,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<bool> {
+    let index = flow.index();
+    let found = flow.recurrences(&index, known, stop);
+    let (_, closed) = found.closed.iter().find(|(own, _)| own == name)?;
+    let [piece] = closed.pieces.as_slice() else { return None };
+    let mut known = known.clone();
+    known.assume_natural(&index);
+    for (relation, left, right) in &closed.conditions {
+        known.assume(*relation, left, right);
+    }
+    let form = match at {
+        Some(at) if *at != index => {
+            let at = at.as_str().parse::<i64>().ok().filter(|at| *at >= 0)?;
+            piece.form.with(&index, &Value::integer(at)).ok()?
+        }
+        _ => piece.form.clone(),
+    };
+    known.decide(Relation::Eq, &form, value)
 }
 
 /// What is known where these tests are met.

@@ -132,28 +132,30 @@ fn of_part(
     told.then_some((alone, own, why))
 }
 
-/// What is said of the period of a system, where it is not known which of two delays ends first in each order; and whether
-/// one was found. `most`: so many times.
+/// What is said of the period of a system, where it is not known which of two delays ends first in each order; whether one
+/// was found, and whether in every order. `most`: so many times.
 pub(super) fn examined(
     system: &System,
     environment: &Environment,
     describe: &dyn Fn(&System, &Period, &Environment) -> Vec<String>,
     most: usize,
     interrupted: &dyn Fn() -> bool,
-) -> (Vec<String>, bool) {
+) -> (Vec<String>, bool, bool) {
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     match period::analyse_until(&system.components, definitions, assumptions, interrupted) {
         Ok(period) => {
             let mut lines = describe(system, &period, environment);
             lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));
-            (lines, true)
+            (lines, true, true)
         }
         Err(failures) => {
             let each = |order: &Order| examined(system, &order.environment, describe, most - 1, interrupted);
             let (orders, cases) = in_orders(&failures, environment, most, each);
-            if cases.iter().any(|(_, found)| *found) {
+            if cases.iter().any(|(_, found, _)| *found) {
+                let every = cases.iter().all(|(_, _, every)| *every);
                 let all = orders.iter().zip(cases);
-                return (all.flat_map(|(order, (lines, _))| delays::told(&order.title, lines)).collect(), true);
+                let lines = all.flat_map(|(order, (lines, ..))| delays::told(&order.title, lines)).collect();
+                return (lines, true, every);
             }
             let mut lines: Vec<String> = failures.iter().map(ToString::to_string).collect();
             // What drifts apart is told part by part.
@@ -164,7 +166,7 @@ pub(super) fn examined(
                     describe(&part.system, &part.period, environment).into_iter().map(|line| format!("  {line}")),
                 );
             }
-            (lines, false)
+            (lines, false, false)
         }
     }
 }
