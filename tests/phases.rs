@@ -309,6 +309,10 @@ fn each_order_of_two_delays_is_told_by_the_command() {
     let (print, code) = told(&["--format", "latex"]);
     assert!(code == 0 && print.matches("\\paragraph{if w ").count() == 3, "{print}");
     assert_eq!(print.matches("f(k) &= k+1").count(), 3, "{print}");
+    // What ends has no period, however it is written.
+    let ends = text.replace("Left_{k+1}", "Stop");
+    std::fs::write(path, ends).expect("a file");
+    assert_eq!((told(&[]).1, told(&["--format", "latex"]).1), (1, 1));
 }
 
 /// Of several values that are expected those are named that are not so, behind `flow`, `period` and `solve`.

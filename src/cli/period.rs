@@ -182,7 +182,10 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Sho
     }
     if request.format == Format::Latex {
         return Ok(Ok(match flow_for_print(system, &environment, MOST_ORDERS, &interrupted) {
-            Ok(text) => Shown { text, remarks: String::new(), again: true },
+            Ok(text) => {
+                let (_, again) = beside(&analysed(system, &environment, MOST_ORDERS, &interrupted));
+                Shown { text, remarks: String::new(), again }
+            }
             Err(failures) => {
                 Shown { text: String::new(), remarks: lines(failures.iter().map(Failure::to_string)), again: false }
             }
