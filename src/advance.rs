@@ -35,7 +35,7 @@ use handed::handed_on;
 use leaf::{Leaf, active, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
-use crate::fact::{BoundAndRead, Context, Facts, NameSet};
+use crate::fact::{BoundAndRead, Context, Facts, NameSet, Reached};
 use crate::name::Name;
 use crate::scope::{Spoken, condition_metavariables, metavariables};
 use crate::substitution::Stuck;
@@ -64,9 +64,9 @@ fn open_port(port: &Name) -> String {
 /// A network at the end of an instant: no communication is possible any more.
 #[derive(Clone, Debug)]
 pub struct Instant {
-    ports: Vec<Name>,
+    ports: Rc<[Name]>,
     state: Term,
-    names: BTreeSet<Name>,
+    names: Rc<BTreeSet<Name>>,
     /// What is bound and may be carried on to the end.
     kept: BTreeSet<Name>,
 }
@@ -85,6 +85,9 @@ impl Instant {
     /// The end of the instant, or the moment in it at which draws are due, and then what is drawn; the network as it
     /// begins where it draws at several moments.
     fn or_draws(network: &Term, context: &Context<'_>) -> Result<(Instant, Option<draw::Due>), Stuck> {
+        if let Some(instant) = Instant::reached(network, context) {
+            return Ok((instant, None));
+        }
         let names = names_apart(network, context)?;
         // What it carries when it stops is compared, so all that is bound is kept.
         let kept = if Facts::of(network, context).may_stop { names.clone() } else { BTreeSet::new() };
@@ -97,7 +100,15 @@ impl Instant {
         let runner = Runner::new(context, &kept);
         let start = runner.running(body)?;
         let (state, due) = last_or_draws(&runner, start, (&ports, &names, &kept))?;
-        Ok((Instant { ports, state, names, kept }, due))
+        Ok((Instant { ports: ports.into(), state, names: Rc::new(names), kept }, due))
+    }
+
+    /// The end of the instant of a network that has just been reached by [`Instant::after`], and is there already. What
+    /// it binds and reads was in what it came from, and in the time that passed: so its names are apart as they were.
+    fn reached(network: &Term, context: &Context<'_>) -> Option<Instant> {
+        let reached = context.reached.borrow();
+        let Reached { state, ports, names, .. } = reached.as_ref().filter(|reached| reached.network == *network)?;
+        Some(Instant { ports: Rc::clone(ports), state: state.clone(), names: Rc::clone(names), kept: BTreeSet::new() })
     }
 
     /// The network as it is now.
@@ -161,7 +172,16 @@ impl Instant {
             (false, now) => {
                 // Where something is drawn before the instant is over, that is another step.
                 let (last, due) = last_or_draws(&runner, now.clone(), (&self.ports, &self.names, &self.kept))?;
-                Ok(closed(&self.ports, if due.is_some() { now } else { last }))
+                if due.is_some() {
+                    return Ok(closed(&self.ports, now));
+                }
+                let network = closed(&self.ports, last.clone());
+                if self.kept.is_empty() {
+                    let (ports, names) = (Rc::clone(&self.ports), Rc::clone(&self.names));
+                    let reached = Reached { network: network.clone(), state: last, ports, names };
+                    context.reached.replace(Some(reached));
+                }
+                Ok(network)
             }
         }
     }
@@ -392,7 +412,7 @@ fn communications(
             pairs.push(Meeting { reader, writer, port, binder: leaf.binder, name, value });
         }
     }
-    if draw::is_due(state) {
+    if pairs.is_empty() || draw::is_due(state) {
         return Ok(Vec::new());
     }
     let alone = if orders == Orders::Alike { alone(runner, state, &leaves, &pairs) } else { BTreeSet::new() };

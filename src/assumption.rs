@@ -226,6 +226,9 @@ impl Assumptions {
         if left.sort() != Sort::Real || right.sort() != Sort::Real {
             return self.decide_wholes(relation, left, right);
         }
+        if let (Some(left), Some(right)) = (left.as_rational(), right.as_rational()) {
+            return Some(relation.holds(left.cmp(&right)));
+        }
         self.decide_unless_contradictory(relation, &left.sub(right).ok()?)
     }
 

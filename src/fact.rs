@@ -140,6 +140,22 @@ pub struct Context<'a> {
     pub(crate) spoken: RefCell<TermMap<Rc<Spoken>>>,
     /// What the values need that `advance` has read here: those of guards and others stand in nothing that comes of it.
     pub(crate) read: RefCell<BTreeSet<Need>>,
+    /// What parts of networks that never stop become once all that ends at once has ended, where that reads nothing that
+    /// is not there any more: what `advance` has found.
+    pub(crate) settled: RefCell<TermMap<Term>>,
+    /// Where `advance` has last come to: a run asks next how that goes on.
+    pub(crate) reached: RefCell<Option<Reached>>,
+}
+
+/// A network that never stops, at the end of its instant.
+#[derive(Clone)]
+pub(crate) struct Reached {
+    pub(crate) network: Term,
+    /// What runs inside its ports.
+    pub(crate) state: Term,
+    pub(crate) ports: Rc<[Name]>,
+    /// All names that it may bind, and perhaps more.
+    pub(crate) names: Rc<BTreeSet<Name>>,
 }
 
 /// The most hypotheses that are read in the light of each other.
@@ -231,6 +247,8 @@ impl<'a> Context<'a> {
             simple: RefCell::default(),
             spoken: RefCell::default(),
             read: RefCell::default(),
+            settled: RefCell::default(),
+            reached: RefCell::default(),
         }
     }
 

@@ -156,7 +156,7 @@ impl Draws {
     /// All names that the network, a definition, an assumption or a hypothesis speaks of.
     fn taken(&self, context: &Context<'_>) -> BTreeSet<Name> {
         let mut taken = context.assumptions.variables();
-        taken.extend(self.instant.names.iter().chain(&self.instant.ports).cloned());
+        taken.extend(self.instant.names.iter().chain(self.instant.ports.iter()).cloned());
         let mut terms = vec![&self.instant.state];
         for definition in context.definitions.iter() {
             taken.extend(definition.parameters.iter().cloned());

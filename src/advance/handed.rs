@@ -5,7 +5,7 @@
 //! the port before it. So every order of all that happens is as good as one that begins with these. Only the two parts
 //! are looked at again after each. What ends, draws or splits is left to those who look at the whole network.
 
-use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
 use std::rc::Rc;
 
 use super::draw::is_due;
@@ -76,8 +76,14 @@ fn offered(part: &Term) -> Option<Offer> {
 }
 
 impl<'r, 'c, 'd> Hands<'r, 'c, 'd> {
-    /// Nothing if a part may use any port.
+    /// Nothing if no two of them meet now, or a part may use any port.
     fn of(runner: &'r Runner<'c, 'd>, parts: &[Term]) -> Option<Hands<'r, 'c, 'd>> {
+        let offers: Vec<Option<Offer>> = parts.iter().map(offered).collect();
+        let writes: HashSet<&Name> =
+            offers.iter().flatten().filter(|offer| offer.writes).map(|offer| &offer.port).collect();
+        if !offers.iter().flatten().any(|offer| !offer.writes && writes.contains(&offer.port)) {
+            return None;
+        }
         let facts: Vec<Rc<Facts>> = parts.iter().map(|part| Facts::of(part, runner.context)).collect();
         let mut users: HashMap<Name, BTreeSet<usize>> = HashMap::new();
         for (place, facts) in facts.iter().enumerate() {
@@ -88,7 +94,6 @@ impl<'r, 'c, 'd> Hands<'r, 'c, 'd> {
                 users.entry(port.clone()).or_default().insert(place);
             }
         }
-        let offers = parts.iter().map(offered).collect();
         Some(Hands { runner, parts: parts.to_vec(), facts, offers, users })
     }
 

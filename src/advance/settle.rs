@@ -29,6 +29,26 @@ enum State {
     Running(Term),
 }
 
+impl State {
+    /// A part that carries nothing, as [`State::as_term`] gives it.
+    fn from(part: &Term) -> State {
+        match part.node() {
+            Node::Stop => State::Stopped(Results::new()),
+            Node::Abort => State::Aborted,
+            _ => State::Running(part.clone()),
+        }
+    }
+
+    /// What runs, or how it ended, with what it carries.
+    fn as_term(&self) -> Term {
+        match self {
+            State::Running(part) => part.clone(),
+            State::Stopped(results) => Term::seq(sets(results.clone())),
+            State::Aborted => Term::abort(),
+        }
+    }
+}
+
 fn sets(results: Results) -> impl Iterator<Item = Term> {
     results.into_iter().map(|(name, value)| Term::new(Node::Set(value, name)))
 }
@@ -106,21 +126,45 @@ impl<'c, 'd> Runner<'c, 'd> {
 
     /// One of the parts of a network that run side by side, settled; `Stop` or `Abort` if it has ended.
     pub(super) fn part(&self, part: &Term) -> Result<Term, Stuck> {
-        Ok(match self.settle(part, self.kept, 0)? {
-            State::Running(state) if state.depth() > MOST_DEPTH => return stuck("it is nested too deeply"),
-            State::Running(state) => state,
-            State::Stopped(results) => Term::seq(sets(results)),
-            State::Aborted => Term::abort(),
-        })
+        match self.settle_part(part, 0)? {
+            State::Running(state) if state.depth() > MOST_DEPTH => stuck("it is nested too deeply"),
+            settled => Ok(settled.as_term()),
+        }
     }
 
     /// One of the parts of a network that run side by side, settled; nothing if it has ended.
     pub(super) fn goes_on(&self, part: &Term) -> Result<Option<Term>, Stuck> {
-        match self.settle(part, self.kept, 0)? {
+        match self.settle_part(part, 0)? {
             State::Running(state) if state.depth() > MOST_DEPTH => stuck("it is nested too deeply"),
             State::Running(state) => Ok(Some(state)),
             State::Stopped(_) | State::Aborted => Ok(None),
         }
+    }
+
+    /// One of the parts that run side by side, settled: what comes of it depends on it, and on what is kept, alone. Where
+    /// nothing is, it is the same for every network in this context, if it reads nothing that is then gone.
+    fn settle_part(&self, part: &Term, depth: usize) -> Result<State, Stuck> {
+        if !self.kept.is_empty() {
+            if self.settled.borrow().contains(part) {
+                return Ok(State::Running(part.clone()));
+            }
+            let found = self.settle(part, self.kept, depth)?;
+            if matches!(&found, State::Running(now) if now == part) {
+                self.settled.borrow_mut().insert(part.clone());
+            }
+            return Ok(found);
+        }
+        if let Some(known) = self.context.settled.borrow().get(part) {
+            return Ok(State::from(known));
+        }
+        let before = std::mem::take(&mut *self.context.read.borrow_mut());
+        let found = self.settle(part, self.kept, depth);
+        let here = self.context.read.replace(before);
+        if let (Ok(found), true) = (&found, here.is_empty()) {
+            self.context.settled.borrow_mut().insert(part.clone(), found.as_term());
+        }
+        self.context.read.borrow_mut().extend(here);
+        found
     }
 
     fn spend(&self, depth: usize) -> Result<(), Stuck> {
@@ -297,22 +341,14 @@ impl<'c, 'd> Runner<'c, 'd> {
     fn settle_parallel(&self, parts: &[Term], wanted: &BTreeSet<Name>, depth: usize) -> Result<State, Stuck> {
         let mut running = Vec::new();
         let mut stopped: Option<Results> = None;
-        // What comes of a part depends on it and on what is wanted alone.
         let outermost = std::ptr::eq(wanted, self.kept);
         for part in parts {
-            if outermost && self.settled.borrow().contains(part) {
-                running.push(part.clone());
-                continue;
-            }
-            match self.settle(part, wanted, depth + 1)? {
+            let settled =
+                if outermost { self.settle_part(part, depth + 1) } else { self.settle(part, wanted, depth + 1) };
+            match settled? {
                 State::Stopped(results) => unite(stopped.get_or_insert_default(), results)?,
                 State::Aborted => {}
-                State::Running(now) => {
-                    if outermost && now == *part {
-                        self.settled.borrow_mut().insert(now.clone());
-                    }
-                    running.push(now);
-                }
+                State::Running(now) => running.push(now),
             }
         }
         if running.is_empty() {

@@ -33,6 +33,13 @@ const MOST_ROUNDS: usize = 2_000;
 /// Stretches that are followed in all; one of a large system counts for several.
 const MOST_STRETCHES: usize = 20_000;
 
+const TOO_LONG: &str = "it has too many stretches of time, for a system of this size";
+
+/// For how many stretches one of this system counts.
+fn share(state: &Term) -> usize {
+    1 + width(state) / 64 + state.size() / 16_384
+}
+
 /// Why the system could not be followed.
 #[derive(Clone, Debug)]
 pub struct Lost(pub String);
@@ -54,6 +61,9 @@ fn passes_as_they_are(
     let mut follower = Follower::new(theory, hypotheses, false);
     let (start, state) = follower.settled(from)?;
     let (mut chain, mut state) = (vec![start], state);
+    if stretches.len().saturating_mul(share(&state)) > MOST_STRETCHES {
+        return lost(TOO_LONG);
+    }
     if !stretches.is_empty() {
         let (step, next) = follower.along(stretches, state)?;
         chain.push(step);
@@ -291,9 +301,9 @@ impl<'t> Follower<'t> {
         let mut passed: Option<(StepId, Value)> = None;
         let mut left = time.clone();
         loop {
-            self.stretches += 1 + width(&state) / 16 + state.size() / 4_096;
+            self.stretches += share(&state);
             if self.stretches > MOST_STRETCHES {
-                return lost("it has too many stretches of time, for a system of this size");
+                return lost(TOO_LONG);
             }
             let instant = self.instant(&state)?;
             let step_time = self.least(&instant.delays(), &left)?;
