@@ -12,6 +12,7 @@ mod slots;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use num_rational::BigRational;
 use num_traits::Zero;
 
 use crate::assumption::Assumptions;
@@ -38,11 +39,13 @@ pub struct Limits {
     pub cost: usize,
     /// The most pairs of states in one comparison.
     pub pairs: usize,
+    /// More numbers for values and parameters than the usual ones and those near what the claim mentions.
+    pub numbers: Vec<BigRational>,
 }
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { instances: 20_000, choices: 1_000_000, cost: 12, pairs: 1_000 }
+        Limits { instances: 20_000, choices: 1_000_000, cost: 12, pairs: 1_000, numbers: Vec::new() }
     }
 }
 
@@ -204,7 +207,8 @@ impl<'a> Search<'a> {
                 list.push(Requirement { what, slots: depends });
             }
         }
-        let vocabulary = Vocabulary::of(&Matter { sides: [left, right], conditions, definitions, assumptions });
+        let mut vocabulary = Vocabulary::of(&Matter { sides: [left, right], conditions, definitions, assumptions });
+        vocabulary.also(&limits.numbers);
         let reach = Reach { pairs: limits.pairs, inputs: vocabulary.inputs.clone() };
         let candidates = slots.iter().map(|slot| candidates::candidates(slot, &vocabulary)).collect();
         let open_definitions = slots.iter().any(|slot| matches!(slot, Slot::Parameter(_)));

@@ -446,7 +446,7 @@ fn what_is_concluded_of_random_networks_holds_in_the_model() {
             let time = if dice.place(6) == 0 { Some(Value::zero()) } else { least };
             silent += usize::from(time.is_none());
             let Ok(right) = instant.onward(time.as_ref(), &context) else { break };
-            let limits = Limits { instances: 2, choices: 200, cost: 12, pairs: 1_500 };
+            let limits = Limits { instances: 2, choices: 200, cost: 12, pairs: 1_500, ..Limits::default() };
             let definitions = &environment.definitions;
             match refute(&network, &right, Connective::Weak, &[], definitions, &environment.assumptions, &limits) {
                 Refutation::None { instances, meaningless, open, .. } if instances > meaningless + open => same += 1,

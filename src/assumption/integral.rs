@@ -111,21 +111,33 @@ impl Assumptions {
         if !system.iter().any(parts) {
             return Vec::new();
         }
-        let mut rows: BTreeSet<Constraint> = system.iter().cloned().map(|row| self.sharpened(row)).collect();
+        // What is so of integers times something is of no integers alone, and is lost when that is given up.
+        let mut sharper: BTreeSet<Constraint> = BTreeSet::new();
+        let mut sharpened = |row: Constraint| {
+            let found = self.sharpened(row.clone());
+            if found != row && !found.form.monomial_content().factors().is_empty() {
+                sharper.insert(found.clone());
+            }
+            found
+        };
+        let mut rows: BTreeSet<Constraint> = system.iter().cloned().map(&mut sharpened).collect();
         while let Some(unknown) = self.cheapest(&rows) {
             let (with, without): (Vec<Constraint>, Vec<Constraint>) =
                 rows.into_iter().partition(|row| factor_of(&row.form, &unknown).is_some());
             let mut rest = BTreeSet::from_iter(without);
-            rest.extend(sums_without(&with, &unknown).into_iter().map(|sum| self.sharpened(sum)));
+            rest.extend(sums_without(&with, &unknown).into_iter().map(&mut sharpened));
             if rest.len() > MOST_CONSTRAINTS {
-                return Vec::new();
+                rows = BTreeSet::new();
+                break;
             }
             rows = rest;
         }
+        rows.extend(sharper);
         rows.into_iter().filter(|row| !system.contains(row)).collect()
     }
 
-    /// Of the unknowns that may be no integers the one that leaves the fewest sums.
+    /// Of the unknowns that may be no integers the one that leaves the fewest sums; last those of which integers are
+    /// multiples, as `t*v` beside `t*v*floor(d/(t*v))`.
     fn cheapest(&self, rows: &BTreeSet<Constraint>) -> Option<Monomial<Atom>> {
         let mut bounds: BTreeMap<&Monomial<Atom>, (bool, usize, usize)> = BTreeMap::new();
         for row in rows {
@@ -135,15 +147,29 @@ impl Assumptions {
                 if factor.is_positive() { entry.1 += 1 } else { entry.2 += 1 }
             }
         }
-        let real = bounds.into_iter().filter(|(unknown, _)| !self.all_integral(unknown));
+        let counting =
+            |unknown: &Monomial<Atom>| unknown.factors().iter().any(|(atom, _)| matches!(atom, Atom::Floor(_)));
+        let all: Vec<&Monomial<Atom>> = bounds.keys().copied().filter(|unknown| counting(unknown)).collect();
+        let multiplied = |unknown: &Monomial<Atom>| all.iter().any(|other| other.over(unknown).is_some());
         let cost = |(equated, lower, upper): (bool, usize, usize)| if equated { 0 } else { lower * upper };
-        real.min_by_key(|(_, counts)| cost(*counts)).map(|(unknown, _)| unknown.clone())
+        let real: Vec<_> = bounds.iter().filter(|(unknown, _)| !self.all_integral(unknown)).collect();
+        let least = real.into_iter().min_by_key(|(unknown, counts)| (multiplied(unknown), cost(**counts)));
+        least.map(|(unknown, _)| (*unknown).clone())
     }
 
-    /// A fact of integers as sharp as it is; an equation that no integers solve is one between numbers.
+    /// A fact of integers as sharp as it is; an equation that no integers solve is one between numbers. The same of such a
+    /// fact times what is more than 0: `t*v*n > 2*t*v` is `t*v*n >= 3*t*v`.
     fn sharpened(&self, constraint: Constraint) -> Constraint {
         if constraint.form.as_constant().is_some() {
             return constraint;
+        }
+        let factor = constraint.form.monomial_content();
+        if !factor.factors().is_empty() && self.monomial_signs(&factor).within(Signs::POSITIVE) {
+            let inner = self.sharpened(Constraint { form: constraint.form.without(&factor), ..constraint });
+            return match inner.form.times_term(&factor, &BigRational::one()) {
+                Some(form) => Constraint { form, ..inner },
+                None => constraint,
+            };
         }
         let Constraint { form, bound } = self.tightened(constraint);
         let unsolved = bound == Bound::Zero && self.has_no_whole_zero(&form);

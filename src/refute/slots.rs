@@ -242,6 +242,13 @@ pub(super) fn with_assumed(mut slots: Vec<Slot>, assumptions: &Assumptions) -> V
 }
 
 impl Vocabulary {
+    /// With these numbers too.
+    pub(super) fn also(&mut self, numbers: &[BigRational]) {
+        let more: Vec<BigRational> =
+            numbers.iter().filter(|one| !self.numbers.contains(one) && !usual().contains(one)).cloned().collect();
+        self.numbers.extend(more);
+    }
+
     /// The claim's own ports and results first, then `c`, `d` and `y`, `z`, two of each; and the inputs to try.
     pub(super) fn of(matter: &Matter<'_>) -> Vocabulary {
         let mut found = Found::default();

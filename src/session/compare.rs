@@ -43,7 +43,7 @@ impl Run<'_, '_> {
         };
         // What is plainly false is answered at once. A calculation is followed first: it has a step that is wrong.
         if !matches!(by, prove::By::Calculation(_)) {
-            let limits = refute::Limits { instances: 200, choices: 4_000, cost: 6, pairs: 100 };
+            let limits = refute::Limits { instances: 200, choices: 4_000, cost: 6, pairs: 100, numbers: Vec::new() };
             if let Some(found) = refuted(&statement, waiting, &limits).counterexample() {
                 return contradicted(found, &statement, waiting);
             }

@@ -1,5 +1,7 @@
 //! The match of a run with a property, as a theorem about the system.
 
+use num_rational::BigRational;
+
 use super::Evidence;
 use super::beside::open_need;
 use super::cases::{InEach, unwritten};
@@ -172,13 +174,26 @@ fn tried_in_each(whole: &Term, outcome: &Outcome, environment: &Environment, fou
     Some(all)
 }
 
+/// So many halves are tried for parameters for which smaller numbers meet no case that is looked at.
+const MORE_HALVES: [i64; 9] = [3, 5, 6, 7, 8, 10, 14, 18, 20];
+
 /// What is taken on trust is tried on the executable meaning first: small values for the parameters, the system beside
 /// its run. A difference would be a mistake of ours, and nothing is then proved. What was found is said, with whether
 /// any instance was followed at all.
 fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<(String, bool), Vec<String>> {
-    let limits = refute::Limits { instances: 12, choices: 4_000, cost: 12, pairs: 2_000 };
+    let few = refute::Limits { instances: 12, choices: 4_000, cost: 12, pairs: 2_000, numbers: Vec::new() };
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-    match refute::refute(system, run, Connective::WeaklyRefines, &[], definitions, assumptions, &limits) {
+    let within = |limits: &refute::Limits| {
+        refute::refute(system, run, Connective::WeaklyRefines, &[], definitions, assumptions, limits)
+    };
+    let found = match within(&few) {
+        Refutation::None { instances, meaningless, .. } if instances <= meaningless => {
+            let half = |number: i64| BigRational::new(number.into(), 2.into());
+            within(&refute::Limits { choices: 20_000, numbers: MORE_HALVES.map(half).into(), ..few })
+        }
+        found => found,
+    };
+    match found {
         Refutation::Refuted(found) => {
             let mut lines = vec!["the printed run is not what the system does, so nothing is proved:".to_string()];
             lines.extend(crate::explain::run_lines(&found, Connective::WeaklyRefines));

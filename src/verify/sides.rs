@@ -10,7 +10,7 @@ use crate::recurrence::Comparison;
 use crate::value::{Atom, Relation, Value};
 
 /// The longest comparison that makes cases: a longer one says nothing to a reader, and takes long to decide.
-const MOST_SIZE: usize = 60;
+const MOST_SIZE: usize = 80;
 /// Bounds on either side of which it is looked, one inside another.
 const MOST_SIDES: usize = 5;
 
@@ -174,6 +174,7 @@ pub(crate) fn side(
     // Of roots there are so many cases, and each so long, that they say nothing.
     // Where it may have no value, neither it nor its opposite holds: they are not all cases.
     let plain = |value: &Value| !has_root(value) && known.gives_meaning(value);
+    let (left, right) = &(known.simplify(left), known.simplify(right));
     if ![left, right].into_iter().all(|side| free(side) && plain(side)) || left.size() + right.size() > MOST_SIZE {
         return None;
     }
