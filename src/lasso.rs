@@ -7,7 +7,7 @@ mod fit;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use num_rational::BigRational;
-use num_traits::ToPrimitive;
+use num_traits::{Signed, ToPrimitive};
 
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -132,8 +132,13 @@ impl Lasso {
             (Some((_, orbit)), _) => {
                 for moving in &orbit.moving {
                     let symbol = Value::variable(&moving.symbol);
-                    known.assume(Relation::Gte, &symbol, &moving.between.0);
-                    known.assume(Relation::Lte, &symbol, &moving.between.1);
+                    match &moving.between {
+                        Some((low, high)) => {
+                            known.assume(Relation::Gte, &symbol, low);
+                            known.assume(Relation::Lte, &symbol, high);
+                        }
+                        None => known.assume_natural(&moving.symbol),
+                    }
                 }
             }
             (None, Some(leg)) if matches!(leg.rounds, Rounds::Forever(_)) => {}
@@ -144,12 +149,36 @@ impl Lasso {
         let tests: Vec<Test> = wanted.wants.iter().flat_map(|want| want.tests.iter().cloned()).collect();
         let shown = wanted.wants.iter().flat_map(|want| &want.shown);
         let asking: Option<Vec<Asking>> = shown.map(|term| Asking::of(term, &tests, values)).collect();
-        let units = || outcome.opening.iter().chain(legs.iter().flat_map(|leg| &leg.units));
-        if let Some(shown) = asking.and_then(|asking| ever_shown(units(), &asking, values, &known)) {
+        let all = || outcome.opening.iter().chain(legs.iter().flat_map(|leg| &leg.units)).collect::<Vec<&Unit>>();
+        let units = match self.round_of_last(&all(), values) {
+            Some((last, index, number)) => {
+                known.assume(Relation::Gte, &Value::variable(index), &number);
+                vec![last]
+            }
+            None => all(),
+        };
+        if let Some(shown) = asking.and_then(|asking| ever_shown(units.into_iter(), &asking, values, &known)) {
             self.bounded = true;
             self.after = After::Round(vec![Stretch { duration: BigRational::from_integer(1.into()), shown }]);
         }
         self
+    }
+
+    /// The last of these, where it is rounds for ever that last equally long, with a number of a round that has begun, or
+    /// is over, where the run was left: what is shown from then on is shown by that round or a later one.
+    fn round_of_last<'u>(
+        &self,
+        units: &[&'u Unit],
+        values: &BTreeMap<Name, Value>,
+    ) -> Option<(&'u Unit, &'u Name, Value)> {
+        let (last, before) = units.split_last()?;
+        let Unit::Repeat { count: None, index, segments } = last else { return None };
+        let number = |value: &Value| value.substitute(values).ok()?.as_rational();
+        let round: BigRational = segments.iter().map(|segment| number(&segment.duration)).sum::<Option<_>>()?;
+        let earlier = before.iter().map(|unit| number(&unit.duration().ok()??)).sum::<Option<BigRational>>()?;
+        let so_far: BigRational = self.stretches.iter().map(|stretch| stretch.duration.clone()).sum();
+        let over = so_far - earlier;
+        (round.is_positive() && over.is_positive()).then(|| (*last, index, Value::rational((over / round).floor())))
     }
 }
 

@@ -5,6 +5,7 @@ mod by_turns;
 mod cases;
 mod copies;
 mod count;
+mod counted;
 pub(crate) mod influence;
 mod lay;
 mod orbit;

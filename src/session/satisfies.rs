@@ -292,7 +292,10 @@ fn leg_lines(number: usize, leg: &Leg, phase: Option<&PhaseFlow>) -> Vec<String>
     for (name, closed) in &leg.closed {
         lines.extend(closed_lines(name, closed, &leg.index));
     }
-    if leg.closed.is_empty() && matches!(&leg.rounds, Rounds::Count(count) if *count == Value::integer(1)) {
+    if !leg.start.is_empty()
+        && leg.closed.is_empty()
+        && matches!(&leg.rounds, Rounds::Count(count) if *count == Value::integer(1))
+    {
         for one in phase.into_iter().flat_map(|phase| &phase.carried) {
             let (before, after) = (one.before.substitute(&leg.start), one.after.substitute(&leg.start));
             let (Ok(before), Ok(after)) = (before, after) else { continue };

@@ -37,8 +37,8 @@ pub struct Moving {
     pub start: Value,
     /// Its value after a turn, in the symbols.
     pub next: Value,
-    /// The ends of the interval that it never leaves.
-    pub between: (Value, Value),
+    /// The ends of the interval that it never leaves; nothing of the number of the turn.
+    pub between: Option<(Value, Value)>,
 }
 
 /// What moves on in a part of a run that goes round.
@@ -61,8 +61,15 @@ impl Orbit {
     /// One line for each value that moves.
     pub fn lines(&self) -> Vec<String> {
         let line = |moving: &Moving| {
-            let Moving { variable, symbol, start, next, between: (low, high) } = moving;
-            format!("{variable} = {symbol}: first {start}, then {next} after each turn, always from {low} to {high}")
+            let Moving { variable, symbol, start, next, between } = moving;
+            match between {
+                Some((low, high)) => {
+                    format!(
+                        "{variable} = {symbol}: first {start}, then {next} after each turn, always from {low} to {high}"
+                    )
+                }
+                None => format!("{symbol}: how many turns are over, first {start}, then {next}"),
+            }
         };
         let along =
             self.along.iter().map(|(variable, value)| format!("{variable} = {value} at the start of each turn"));
@@ -140,7 +147,7 @@ impl Walker<'_> {
             values.insert(name.clone(), variable.clone());
             line.get_or_insert_with(|| (numbers, variable.clone()));
             let (start, next) = (now.clone(), variable);
-            moving.push(Moving { variable: name.clone(), symbol, start, next, between: (low, high) });
+            moving.push(Moving { variable: name.clone(), symbol, start, next, between: Some((low, high)) });
         }
         let mut rounds = 0usize;
         let mut again = Vec::new();
@@ -162,7 +169,8 @@ impl Walker<'_> {
         for one in &mut moving {
             one.next = values.get(&one.variable)?.clone();
             let inside = |relation, bound: &Value| walker.assumptions.decide(relation, &one.next, bound) == Some(true);
-            if !inside(Relation::Gte, &one.between.0) || !inside(Relation::Lte, &one.between.1) {
+            let (low, high) = one.between.as_ref()?;
+            if !inside(Relation::Gte, low) || !inside(Relation::Lte, high) {
                 return None;
             }
         }
@@ -255,13 +263,13 @@ fn on_a_line(first: &[Value; 3], other: &[Value; 3], symbol: &Value) -> Option<V
 }
 
 /// Whether the next leg begins a round of the system: as many legs a round as it takes for their order to repeat.
-fn is_aligned(legs: &[Leg], span: usize) -> bool {
+pub(super) fn is_aligned(legs: &[Leg], span: usize) -> bool {
     let repeats = |from: usize| (from..legs.len() - span).all(|place| legs[place].phase == legs[place + span].phase);
     let lead = (0..legs.len() - span).find(|from| repeats(*from)).unwrap_or(legs.len());
     legs.len() >= lead + span && (legs.len() - lead).is_multiple_of(span)
 }
 
-fn fresh(variable: &Name, taken: &mut BTreeSet<Name>) -> Name {
+pub(super) fn fresh(variable: &Name, taken: &mut BTreeSet<Name>) -> Name {
     let base = variable.as_str();
     let numbered = (0..).map(|number| Name::new(&format!("{base}{number}")));
     let mut all = ["x", "y", "z"].into_iter().map(Name::new).chain(numbered);

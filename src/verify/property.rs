@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use num_traits::{Signed, ToPrimitive};
 
 use super::lay::{Laid, Matcher, Missed};
-use super::orbit::{Orbit, only, standing};
+use super::orbit::{Orbit, observers, only, standing};
 use super::round::endless;
 use super::trajectory::{Leg, Trajectory};
 use super::unit::{Unit, shows, without_end};
@@ -138,6 +138,13 @@ fn want_of(part: &Term) -> Result<Want, String> {
 pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
     let matcher = Matcher { wanted, assumptions: &trajectory.assumptions };
     let answer = if wanted.again { matcher.again(&trajectory) } else { matcher.once(&trajectory) };
+    let asked = || wanted.wants.iter().flat_map(|want| &want.shown).flat_map(observers).collect();
+    let turning = if wanted.again && answer.is_err() { trajectory.counted(&asked()) } else { None };
+    let by_number = turning.and_then(|turning| {
+        let found = Matcher { wanted, assumptions: &turning.assumptions }.again(&turning).ok()?;
+        Some((Ok(found), turning))
+    });
+    let (answer, trajectory) = by_number.unwrap_or((answer, trajectory));
     let conditions: Vec<String> = trajectory
         .legs
         .iter()

@@ -4,12 +4,13 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::by_turns::LegTurns;
 use super::copies::Copies;
 use super::count::Count;
-use super::orbit::{Orbit, observers, without_moving};
-use super::round::{Turn, is_known, is_large, is_long};
+use super::orbit::{Orbit, fresh, observers, without_moving};
+use super::round::{Turn, is_known, is_long};
 use super::supposed::Supposed;
-use super::undecided::{self, Unsure};
+use super::undecided::{self, Unsure, too_far};
 use super::unit::Unit;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -20,12 +21,8 @@ use crate::scope::{bound_names, read_names};
 use crate::term::Term;
 use crate::value::{Atom, Relation, Value};
 
-/// Legs that a run may have before it repeats.
-const MOST_LEGS: usize = 1_000;
 /// Rounds that are followed one by one where there is no closed form.
 const MOST_ROUNDS: usize = 2_000;
-/// Changes of phase before a run must have repeated.
-const MOST_CHANGES: usize = 500;
 
 /// How often a leg goes round.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -82,6 +79,10 @@ pub struct Trajectory {
     pub assumptions: Assumptions,
     /// Counts of rounds that are supposed to exist, where this is asked.
     pub supposed: Vec<Supposed>,
+    /// A name that means nothing yet.
+    pub(super) symbol: Option<Name>,
+    /// Where the last leg, which is for ever, is several legs by turns: of each the phase, and how many stretches it has.
+    pub(super) parts: Vec<(usize, usize)>,
 }
 
 /// Follows a run.
@@ -212,6 +213,7 @@ pub(super) fn walk_from(
     if let (Some(orbit), Some(cycle)) = (&trajectory.orbit, trajectory.cycle) {
         without_moving(&mut trajectory.legs[cycle..], orbit, &observers(property));
     }
+    trajectory.symbol = Some(fresh(&walker.index, &mut walker.taken));
     trajectory.assumptions = walker.assumptions;
     trajectory.supposed = walker.supposed.unwrap_or_default();
     trajectory
@@ -226,20 +228,6 @@ fn unending(period: &Period) -> bool {
         phase.edges.iter().all(|edge| goes_on(edge) && edge.segments.iter().all(fixed))
     };
     period.initial.iter().all(goes_on) && period.phases.iter().all(steady)
-}
-
-/// Whether a run that has not repeated is given up: after so many legs, or where its values grow.
-fn too_far(legs: usize, changes: usize, values: &Values) -> Result<(), Unsure> {
-    let (long, large) = (values.values().any(is_long), values.values().any(is_large));
-    if legs < MOST_LEGS && changes <= MOST_CHANGES && !long && !large {
-        return Ok(());
-    }
-    let why = match (long, large) {
-        (true, _) => ", and its numbers grow without end: it may only converge",
-        (_, true) => ", and the forms of its values grow with every leg",
-        _ => "",
-    };
-    Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")))
 }
 
 /// Values after rounds by the closed forms, which say in simpler words what a round does to these variables.
@@ -283,7 +271,12 @@ impl Walker<'_> {
             }
             changes += usize::from(before != Some(phase));
             too_far(history.len() - 1, changes, &values)?;
-            let (mut leg, onward) = match self.leg(phase, &values) {
+            let turns = self.legs_by_turns(&trajectory.legs, &history);
+            let (parts, found) = match turns {
+                Some(LegTurns { round, count, legs }) => (legs, self.counted(phase, &round, &values, count)),
+                None => (Vec::new(), self.leg(phase, &values)),
+            };
+            let (mut leg, onward) = match found {
                 Ok(found) => found,
                 Err(unsure) => {
                     let Some(Copies { from, leg, onward }) = self.copies(&history) else { return Err(unsure) };
@@ -294,13 +287,11 @@ impl Walker<'_> {
             };
             leg.continues = before == Some(phase);
             let forever = matches!(leg.rounds, Rounds::Forever(_));
-            if forever && leg.shows_the_same() {
-                trajectory.cycle = Some(trajectory.legs.len());
-            }
-            trajectory.legs.push(leg);
             if forever {
+                trajectory.goes_on(leg, parts);
                 return Ok(());
             }
+            trajectory.legs.push(leg);
             before = Some(phase);
             (next, values) = onward;
         }

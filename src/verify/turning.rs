@@ -17,7 +17,7 @@ use crate::value::Value;
 /// Rounds of the property before they must begin at the same place of a turn.
 const MOST_ROUNDS: usize = 64;
 /// Turns that one round of the property may span.
-const MOST_TURNS: usize = 3;
+const MOST_TURNS: usize = 6;
 
 type Images = BTreeMap<Name, Value>;
 

@@ -3,11 +3,18 @@
 use std::collections::BTreeSet;
 
 use super::count::of_one_component;
+use super::round::{is_large, is_long};
+use super::trajectory::Values;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Test, in_case};
 use crate::recurrence::{Comparison, Unknown};
 use crate::value::{Relation, Value, ValueError};
+
+/// Legs that a run may have before it repeats.
+const MOST_LEGS: usize = 1_000;
+/// Changes of phase before a run must have repeated.
+const MOST_CHANGES: usize = 500;
 
 /// Why the run goes no further.
 #[derive(Default)]
@@ -46,6 +53,20 @@ impl From<Unknown> for Unsure {
     fn from(error: Unknown) -> Unsure {
         Unsure { reasons: vec![error.reason], asked: error.open.into_iter().map(|open| *open).collect() }
     }
+}
+
+/// Whether a run that has not repeated is given up: after so many legs, or where its values grow.
+pub(super) fn too_far(legs: usize, changes: usize, values: &Values) -> Result<(), Unsure> {
+    let (long, large) = (values.values().any(is_long), values.values().any(is_large));
+    if legs < MOST_LEGS && changes <= MOST_CHANGES && !long && !large {
+        return Ok(());
+    }
+    let why = match (long, large) {
+        (true, _) => ", and its numbers grow without end: it may only converge",
+        (_, true) => ", and the forms of its values grow with every leg",
+        _ => "",
+    };
+    Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")))
 }
 
 /// Ways that may be taken, each with the tests that are not decided.

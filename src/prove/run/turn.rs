@@ -313,7 +313,7 @@ impl Follower<'_> {
             let (own, after) = (next.sub(first).map_err(odd)?, last.sub(next).map_err(odd)?);
             let Ok(ratio) = step.div(&own) else { continue };
             let fits = after.mul(&ratio).is_ok_and(|wanted| equal(&wanted, &second));
-            if fits && (ratio.as_rational().is_some() || own == Value::one()) {
+            if fits && (ratio.as_rational().is_some() || own.as_rational().is_some()) {
                 let from = Value::variable(&base.moving.variable).sub(first).map_err(odd)?;
                 return from.mul(&ratio).and_then(|moved| moved.add(&three[0])).map_err(odd);
             }
