@@ -316,6 +316,8 @@ pub struct Phase {
     pub loops: Vec<Vec<Name>>,
     /// Its state variables.
     pub variables: Vec<Name>,
+    /// What holds of them wherever it is entered: of numbers that were drawn, what their distributions give.
+    pub bounds: Vec<Test>,
     /// The ways through a round.
     pub edges: Vec<Edge>,
 }

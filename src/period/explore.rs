@@ -1,8 +1,10 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
 mod along;
+mod bounds;
 mod clocks;
 mod delays;
+mod edges;
 mod general;
 mod kept;
 mod waits;
@@ -10,6 +12,7 @@ mod waits;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::bounds::Bounds;
 use self::delays::First;
 use self::kept::{Kept, steering};
 use super::control::Control;
@@ -19,10 +22,10 @@ use super::lonely::{Ended, Waiting};
 use super::merge::merge;
 use super::ports::System;
 use super::rest::Tails;
-use super::run::{Env, Halt, Path, RawTest, Run, Settler};
+use super::run::{Halt, Path, RawTest, Run, Settler};
 use super::step::{Slot, inspect, loops, map_parts, map_values, pass, readable, standing};
 use super::suppose::suppose;
-use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
+use super::{Before, Blocked, Edge, End, Failure, Phase, Segment, Surroundings, drift, open_name, stuck};
 use crate::assumption::Assumptions;
 use crate::digest::Quick;
 use crate::name::Name;
@@ -67,6 +70,8 @@ struct Spot {
     ways: Vec<Way>,
     explorations: usize,
     together: Together,
+    /// What is known of the values that come, place by place; empty where nothing is.
+    bounds: Vec<Bounds>,
 }
 
 /// One way through a round, before the variables of the phase it reaches are final.
@@ -116,6 +121,8 @@ struct Explorer<'a> {
     visit: Option<BTreeMap<Name, Value>>,
     /// The names that steer something, where these alone are kept apart.
     steering: Option<BTreeSet<Name>>,
+    /// What is known of the variables of the phase that is explored.
+    here: BTreeMap<Name, Bounds>,
 }
 
 /// Runs the system. Where that fails with variables for what changes, a few values that come again and again may do:
@@ -196,6 +203,7 @@ impl<'a> Explorer<'a> {
             many: false,
             visit: None,
             steering: None,
+            here: BTreeMap::new(),
         }
     }
 
@@ -224,6 +232,7 @@ impl<'a> Explorer<'a> {
         delays.sort();
         delays.dedup();
         let mut assumptions = self.assumptions.clone();
+        self.assume_bounds(spot, &mut assumptions);
         for delay in &delays {
             if assumptions.decide(Relation::Gtr, delay, &Value::zero()) != Some(true) {
                 assumptions.assume(Relation::Gtr, delay, &Value::zero());
@@ -270,7 +279,7 @@ impl<'a> Explorer<'a> {
                 Ok(next) => {
                     let next = match next {
                         Some(end) => Target::End(end),
-                        None => self.arrive(&moment.state, work)?,
+                        None => self.arrive(&moment.state, &moment.path.draws, work)?,
                     };
                     ways.push(Way {
                         tests: moment.path.tests,
@@ -305,7 +314,12 @@ impl<'a> Explorer<'a> {
     }
 
     /// The phase of a state, new or known; a known one may have to be generalised and explored again.
-    fn arrive(&mut self, state: &[Run], work: &mut BTreeSet<usize>) -> Result<Target, Failure> {
+    fn arrive(
+        &mut self,
+        state: &[Run],
+        draws: &[(Name, Value)],
+        work: &mut BTreeSet<usize>,
+    ) -> Result<Target, Failure> {
         let (mut entries, mut hints, mut delays, mut beside) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut take = |slot: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
             if matches!(slot, Slot::Delay) {
@@ -330,6 +344,7 @@ impl<'a> Explorer<'a> {
             Ok(nothing.unwrap_or_else(|_| Value::zero()))
         };
         let Ok(runs) = map_parts(state, &mut take);
+        let bounds = self.bounds_of(&entries, draws);
         let control = Control::of(runs);
         let control = self.index.get_key_value(&control).map_or(control, |(known, _)| known.clone());
         let remainders = self.index.entry(control.clone()).or_default();
@@ -341,7 +356,7 @@ impl<'a> Explorer<'a> {
             key.extend(entries.iter().zip(&beside).map(kept));
         }
         if let Some(found) = remainders.get(&key).copied() {
-            if self.absorb(found, &entries) {
+            if self.absorb(found, &entries) | self.loosen(found, &bounds) {
                 work.insert(found);
             }
             return Ok(Target::Spot(found, entries));
@@ -359,7 +374,7 @@ impl<'a> Explorer<'a> {
         let held = first_held(&entries, |value| self.clock.settler.varies(value));
         let variables = name_variables(&held, &hints, self.clock.settler.reserved);
         let (ways, explorations, together) = (Vec::new(), 0, Together::SoFar);
-        self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations, together });
+        self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations, together, bounds });
         work.insert(number);
         Ok(Target::Spot(number, entries))
     }
@@ -407,6 +422,7 @@ impl<'a> Explorer<'a> {
                 state: Vec::new(),
                 loops: Vec::new(),
                 variables: spot.variables.clone(),
+                bounds: spot.told_bounds(),
                 edges: spot.ways.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?,
             });
         }
@@ -441,50 +457,6 @@ impl<'a> Explorer<'a> {
         stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
         let waiting = self.waiting(initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)));
         Ok(Graph { initial, phases, stuck, waiting, in_every_order: self.ordered, along_the_run: self.visit.is_some() })
-    }
-
-    fn edge(&self, way: &Way) -> Result<Edge, Failure> {
-        let mut map = BTreeMap::new();
-        let next = match &way.next {
-            Target::End(end) => Next::End(end.clone()),
-            Target::Spot(number, entries) => {
-                let spot = &self.spots[*number];
-                for (held, entry) in spot.held.iter().zip(entries) {
-                    if let Held::Class(class) = held {
-                        map.insert(spot.variables[*class].clone(), entry.clone());
-                    }
-                }
-                Next::Phase(*number)
-            }
-        };
-        let after = way.tests.iter().map(|test| self.after(test, &map)).collect();
-        Ok(Edge {
-            tests: way.tests.iter().map(|test| test.test.clone()).collect(),
-            after,
-            segments: way.segments.clone(),
-            map,
-            communications: way.communications.clone(),
-            draws: way.draws.clone(),
-            switches: way.switches,
-            next,
-        })
-    }
-
-    /// A test said over the variables that the round leads to.
-    fn after(&self, test: &RawTest, map: &BTreeMap<Name, Value>) -> Option<Test> {
-        let mut renamed = Env::new();
-        for (name, value) in test.env.iter() {
-            let image = |value: &Value| {
-                let known = map.iter().find(|(_, image)| *image == value).map(|(name, _)| Value::variable(name));
-                known.or_else(|| (!self.clock.settler.varies(value)).then(|| value.clone()))
-            };
-            let value = match value.components() {
-                None => image(value)?,
-                Some(parts) => Value::vector(parts.iter().map(image).collect::<Option<_>>()?).ok()?,
-            };
-            renamed.insert(name.clone(), value);
-        }
-        test.raw.substitute(&renamed).ok()
     }
 }
 

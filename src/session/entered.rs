@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::law::Condition;
 use crate::name::Name;
+use crate::period::{Phase, Test, open_name};
 use crate::scope::{bound_names, subterms};
 use crate::term::{Node, Term};
 use crate::value::{Need, Relation, Value};
@@ -67,6 +68,12 @@ pub(super) fn met(need: &Need) -> Option<Condition> {
         Need::Natural(_) => return None,
     };
     Some(Condition::Compare(relation, need.value().clone(), Value::zero()))
+}
+
+/// What is known of the variables of a phase, each under the name that it has in its state.
+pub(super) fn bounds(phase: &Phase) -> impl Iterator<Item = Test> {
+    let open = phase.variables.iter().map(|name| (name.clone(), Value::variable(&open_name(name)))).collect();
+    phase.bounds.iter().filter_map(move |test| test.substitute(&open).ok())
 }
 
 pub(super) fn more_than_none(left: &Value) -> Condition {

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::compare::theory;
 use super::drawn::{Layer, Moments, followed, named_alike, with_supports};
-use super::entered::{counts, delays, met, more_than_none, needs};
+use super::entered::{bounds, counts, delays, met, more_than_none, needs};
 use crate::advance::ORDER;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -315,7 +315,9 @@ impl Rounds<'_> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
-        let running: Vec<Condition> = phase.map_or_else(Vec::new, |phase| self.entered(&phase.state));
+        let mut running: Vec<Condition> = phase.map_or_else(Vec::new, |phase| self.entered(&phase.state));
+        let bounds = phase.into_iter().flat_map(bounds);
+        running.extend(bounds.map(|Test { relation, left, right }| Condition::Compare(relation, left, right)));
         if edge.draws.is_empty() {
             let mut hypotheses = supposed(edge, &named)?;
             hypotheses.extend(running);
@@ -342,6 +344,11 @@ impl Rounds<'_> {
             let left = left.substitute(map).map_err(odd)?;
             if known.decide(Relation::Gtr, &left, &Value::zero()) != Some(true) {
                 return Err(Lost(format!("whether {left} > 0")));
+            }
+        }
+        for bound in bounds(phase) {
+            if bound.substitute(map).map_err(odd)?.decide(&known) != Some(true) {
+                return Err(Lost(format!("whether {bound}")));
             }
         }
         for copies in counts(&phase.state) {
