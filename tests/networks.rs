@@ -178,7 +178,7 @@ fn follow(text: &str, environment: &Environment, start: Term, dice: &mut Dice, c
             _ => least,
         };
         let Ok(right) = instant.onward(time.as_ref(), &context) else { return };
-        let limits = Limits { instances: 2, choices: 200, cost: 12, pairs: 1_500 };
+        let limits = Limits { instances: 2, choices: 200, cost: 12, pairs: 1_500, ..Limits::default() };
         let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
         match refute(&network, &right, Connective::Weak, &[], definitions, assumptions, &limits) {
             Refutation::None { instances, meaningless, open, .. } if instances > meaningless + open => count.same += 1,
@@ -362,7 +362,7 @@ fn turns_that_move_on_are_what_random_networks_do() {
         let Some(run) = carried.or_else(|| run_with_a_loop(&network, &context)) else { continue };
         let Ok(proof) = runs(&theory, (&network, &run), &[]) else { continue };
         let mut judge = |statement: &Statement| {
-            let limits = Limits { instances: 1, choices: 200, cost: 12, pairs: 400 };
+            let limits = Limits { instances: 1, choices: 200, cost: 12, pairs: 400, ..Limits::default() };
             let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
             let (left, right) = (&statement.left, &statement.right);
             match refute(left, right, statement.connective, &[], definitions, assumptions, &limits) {

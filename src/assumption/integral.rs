@@ -198,3 +198,32 @@ fn sums_without(with: &[Constraint], unknown: &Monomial<Atom>) -> Vec<Constraint
         .filter_map(|(low, high)| sum(low, &(factor(high) / factor(low)).abs(), high, low.bound.max(high.bound)))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::Name;
+
+    #[test]
+    fn integers_times_what_is_positive_are_as_sharp_as_integers() {
+        let [d, t, v] = ["d", "t", "v"].map(|name| Value::variable(&Name::new(name)));
+        let step = t.mul(&v).unwrap();
+        let times = |number: i64, value: &Value| Value::integer(number).mul(value).unwrap();
+        let rounds = d.div(&step).unwrap().ceiling().unwrap();
+        let mut known = Assumptions::default();
+        let bound = step.add(&step.mul(&rounds).unwrap()).unwrap();
+        known.assume(Relation::Lte, &times(2, &d), &bound);
+        let holds = |known: &Assumptions, less: i64, more: i64| {
+            known.decide(Relation::Gte, &times(less, &step), &times(more, &d))
+        };
+        assert_eq!(holds(&known, 3, 2), None, "the signs are not known");
+        for value in [&d, &t, &v] {
+            known.assume(Relation::Gtr, value, &Value::zero());
+        }
+        // With x = d/(t*v) that is 2*x <= ceil(x)+1, so that x is at most 3/2.
+        assert_eq!(holds(&known, 3, 2), Some(true));
+        assert_eq!(holds(&known, 5, 4), None, "so for x = 1, not for 3/2");
+        known.assume(Relation::Gtr, &times(4, &d), &times(5, &step));
+        assert_eq!(known.decide(Relation::Eq, &rounds, &Value::integer(2)), Some(true));
+    }
+}

@@ -29,13 +29,16 @@ pub(super) struct Turns {
     pub(super) count: Count,
 }
 
+/// Of each of several legs the phase, and how many stretches it has.
+pub(super) type Parts = Vec<(usize, usize)>;
+
 /// Legs that come again for ever.
 pub(super) struct LegTurns {
     /// They as one round, and its closed forms.
     pub(super) round: Edge,
     pub(super) count: Count,
     /// Of each leg the phase, and how many stretches it has.
-    pub(super) legs: Vec<(usize, usize)>,
+    pub(super) legs: Parts,
 }
 
 impl Leg {
@@ -111,7 +114,7 @@ impl<'a> Walker<'a> {
     }
 
     /// The ways that these legs took between these places, and of each leg the phase and how many stretches it has.
-    fn ways_of(&self, legs: &[Leg], places: &[(usize, Values)]) -> Option<(Vec<&'a Edge>, Vec<(usize, usize)>)> {
+    fn ways_of(&self, legs: &[Leg], places: &[(usize, Values)]) -> Option<(Vec<&'a Edge>, Parts)> {
         let period = self.period;
         let (mut ways, mut parts) = (Vec::new(), Vec::new());
         for (leg, between) in legs.iter().zip(places.windows(2)) {

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::by_turns::Parts;
 use super::orbit::{Moving, Orbit, without_moving};
 use super::trajectory::{Leg, Rounds, Trajectory, Values};
 use super::unit::Unit;
@@ -14,7 +15,7 @@ use crate::value::Value;
 
 impl Trajectory {
     /// Adds a last leg, which is for ever: where each of its rounds shows what the others do, the run comes round in it.
-    pub(super) fn goes_on(&mut self, mut leg: Leg, parts: Vec<(usize, usize)>) {
+    pub(super) fn goes_on(&mut self, mut leg: Leg, parts: Parts) {
         if leg.shows_the_same() {
             self.cycle = Some(self.legs.len());
             if let Some(legs) = leg.clone().in_parts(&parts).filter(|legs| !legs.is_empty()) {

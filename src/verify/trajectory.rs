@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::by_turns::LegTurns;
+use super::by_turns::{LegTurns, Parts};
 use super::copies::Copies;
 use super::count::Count;
 use super::orbit::{Orbit, fresh, observers, without_moving};
@@ -81,8 +81,8 @@ pub struct Trajectory {
     pub supposed: Vec<Supposed>,
     /// A name that means nothing yet.
     pub(super) symbol: Option<Name>,
-    /// Where the last leg, which is for ever, is several legs by turns: of each the phase, and how many stretches it has.
-    pub(super) parts: Vec<(usize, usize)>,
+    /// The legs that the last leg is by turns, which is for ever, where it is several.
+    pub(super) parts: Parts,
 }
 
 /// Follows a run.
