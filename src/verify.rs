@@ -97,6 +97,8 @@ pub struct Outcome {
     pub endless: Option<Endless>,
     /// Whether the run was followed no further than a while, and what comes then is not known.
     pub cut: bool,
+    /// Whether it goes on by turns in which something counts on: without what counts it may repeat exactly.
+    pub counts: bool,
     /// What is not decided, where it is open.
     pub(crate) asked: Vec<Comparison>,
     /// What was found in either case, where this was made of two.
@@ -129,6 +131,7 @@ impl Outcome {
             diagnostics: Vec::new(),
             endless: None,
             cut: false,
+            counts: false,
             asked: Vec::new(),
             apart: None,
             supposing: None,
@@ -170,7 +173,7 @@ pub fn verify(
             let run = plain.as_ref().unwrap_or(&period);
             let whole = look(run);
             let whole = match influence::reduced(run, property.1) {
-                Some(reduced) if !whole.is_told() || whole.cut => better(whole, look(&reduced)),
+                Some(reduced) if !whole.is_told() || whole.cut || whole.counts => better(whole, look(&reduced)),
                 _ => whole,
             };
             let open = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Open { .. });

@@ -128,7 +128,11 @@ fn why_it_is_so_for_no_index_is_told() {
 #[test]
 fn what_is_clamped_comes_to_its_bound() {
     let text = told("param v > 0, p\nsolve x(n+1) = clamp(x(n)+v,0,10), x(0) = p find n with x(n) = 10\n");
-    assert!(text.contains("n = ceil((10-p)/v) is the first with x(n) = 10"), "{text}");
+    for (case, first) in [("= 0", "floor((10-p)/v)"), ("> 0", "floor((10-p)/v)+1")] {
+        let told = text.split(&format!("and mod(10-p,v) {case}:")).nth(1).unwrap_or_else(|| panic!("{text}"));
+        let told = told.split("\n    if ").next().unwrap_or_default();
+        assert!(told.contains(&format!("n = {first} is the first with x(n) = 10")), "{text}");
+    }
 }
 
 /// Against the terms themselves, in machine numbers: what grows in every step does, and closes in on what is said.

@@ -245,3 +245,21 @@ fn what_is_open_of_delays_names_an_assumption() {
     assert!(open.contains("`param b+4*c < 5*a` tells this, and the same may be asked of later delays"), "{open}");
     assert_eq!(open.matches("it must be known whether").count(), 1, "each question once: {open}");
 }
+
+/// What is decided without a part that has no value is read with it: `min(c,sqrt(x))` is below 0 for `c < 0` only where x has
+/// a root.
+#[test]
+fn a_guard_that_is_decided_without_what_has_no_value_proves_nothing() {
+    let run = |given: &str, bound: &str| {
+        told(&format!(
+            "observer One\nparam c < 0, {given}\nproc Q = ((Lss_{{d,{bound}}} ; (Delay_1 # One) ; Q) | (Gte_{{d,{bound}}} ; \
+             (Delay_2 # One) ; Q))\nsystem S = Q\nproperty G = (Delay_{{?b}} # One) ; G\nprove S satisfies G\n"
+        ))
+    };
+    for bound in ["min(c,sqrt(x))", "0-sqrt(x)"] {
+        let text = run("d > 0, x", bound);
+        assert!(text.contains("could not prove") && text.contains("may be negative"), "{text}");
+        assert!(!run("d, x", bound).contains("proved:"), "in cases: {bound}");
+        assert!(run("d > 0, x > 0", bound).contains("proved: S satisfies G"), "{bound}");
+    }
+}

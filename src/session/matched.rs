@@ -24,7 +24,7 @@ use crate::report::Verdict;
 use crate::rewrite::Limits;
 use crate::substitution::Substitution;
 use crate::term::Term;
-use crate::verify::Outcome;
+use crate::verify::{Orbit, Outcome};
 
 impl Run<'_, '_> {
     /// The match of the run with the property, as a theorem.
@@ -51,7 +51,9 @@ impl Run<'_, '_> {
                 let whole = system.alone(&theory.definitions);
                 found.trace.extend(closed(system, &theory.definitions));
                 let Some(tried) = tried((&whole, run), environment, found) else { return };
-                let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
+                let within = |orbit: &Orbit| orbit.moving.iter().any(|one| one.between.is_some());
+                let moves = outcome.orbit.as_ref().is_some_and(|(_, orbit)| within(orbit));
+                let trusting = if moves { TURNS } else { RUN };
                 let followed = followed(&theory, (&whole, run), &proof, &outcome.stages());
                 if let Err(Unfollowed { why, undefined: true }) = &followed {
                     found.remains = vec![no_value(why)];
@@ -240,7 +242,11 @@ pub(super) fn followed(
     let mut why = Unfollowed { why: String::new(), undefined: false };
     for proof in ways {
         match check(theory, &proof) {
-            Ok(theorem) => return Ok((theorem, proof)),
+            // What the system reads besides must have a value wherever the claim is made.
+            Ok(theorem) => match theorem.reads().first() {
+                None => return Ok((theorem, proof)),
+                Some(need) => return Err(Unfollowed { why: need.to_string(), undefined: true }),
+            },
             Err(rejected) => {
                 why = Unfollowed { why: rejected.reason.to_string(), undefined: rejected.reason.is_undefined() }
             }

@@ -112,7 +112,7 @@ impl Run<'_, '_> {
 }
 
 /// What comes of a property of what shows it alone, with what that takes on trust: where the whole has no period, or nothing
-/// is told of it and the property is proved of that.
+/// is told of it, and of that it is.
 fn of_part(
     whole: &System,
     shown: &Term,
@@ -128,7 +128,7 @@ fn of_part(
     let parts = [(relevant as Leaving, BESIDE), (without_readers, READERS)];
     let (own, why) = parts.into_iter().find_map(|(leaving, why)| Some((leaving(whole, shown, environment)?, why)))?;
     let alone = verified(&own);
-    let told = outcome.period.is_none() || matches!(alone.verdict, verify::Verdict::Proved);
+    let told = outcome.period.is_none() || !matches!(alone.verdict, verify::Verdict::Open { .. });
     told.then_some((alone, own, why))
 }
 

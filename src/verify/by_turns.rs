@@ -29,32 +29,36 @@ pub(super) struct Turns {
     pub(super) count: Count,
 }
 
-/// Of each of several legs the phase, and how many stretches it has.
-pub(super) type Parts = Vec<(usize, usize)>;
+/// Of each of several legs the phase, its rounds, and how many stretches they have.
+pub(super) type Parts = Vec<(usize, Value, usize)>;
 
 /// Legs that come again for ever.
 pub(super) struct LegTurns {
     /// They as one round, and its closed forms.
     pub(super) round: Edge,
     pub(super) count: Count,
-    /// Of each leg the phase, and how many stretches it has.
+    /// Its legs.
     pub(super) legs: Parts,
 }
 
 impl Leg {
     /// It as several legs, one for each phase with so many of its stretches; nothing where these are not all.
-    pub(super) fn in_parts(self, parts: &[(usize, usize)]) -> Option<Vec<Leg>> {
-        let all = self.units.len() == parts.iter().map(|(_, count)| count).sum::<usize>();
+    pub(super) fn in_parts(self, parts: &[(usize, Value, usize)]) -> Option<Vec<Leg>> {
+        let all = self.units.len() == parts.iter().map(|(.., count)| count).sum::<usize>();
         let mut units = self.units.iter();
         let leg = |place: usize| {
-            let (phase, count) = parts[place];
+            let (phase, rounds, count) = parts[place].clone();
             let units = units.by_ref().take(count).cloned().collect();
-            let (start, closed) =
-                if place == 0 { (self.start.clone(), self.closed.clone()) } else { Default::default() };
             let continues = place > 0 && parts[place - 1].0 == phase;
-            Leg { phase, rounds: Rounds::Count(Value::one()), start, closed, units, continues, ..self.clone() }
+            let own = if place == 0 { self.clone() } else { self.without_values() };
+            Leg { phase, rounds: Rounds::Count(rounds), units, continues, ..own }
         };
         all.then(|| (0..parts.len()).map(leg).collect())
+    }
+
+    /// Nothing is said of its values.
+    fn without_values(&self) -> Leg {
+        Leg { start: Values::new(), closed: Vec::new(), conditions: Vec::new(), kept: None, ..self.clone() }
     }
 
     /// Whether each of its rounds shows what the others do, though values go on: then its stretches are those of one round.
@@ -137,7 +141,8 @@ impl<'a> Walker<'a> {
             if now.len() != wanted.len() || !now.iter().all(same) {
                 return None;
             }
-            parts.push((*phase, ways[first..].iter().map(|way: &&Edge| way.segments.len()).sum()));
+            let stretches = ways[first..].iter().map(|way: &&Edge| way.segments.len()).sum();
+            parts.push((*phase, Value::integer(i64::try_from(count).ok()?), stretches));
         }
         Some((ways, parts))
     }
@@ -149,7 +154,10 @@ impl<'a> Walker<'a> {
         known.assume_natural(&self.index);
         let mut terms = forms.constant;
         for (name, closed) in &forms.closed {
-            let [Piece { until: None, form, .. }] = closed.pieces.as_slice() else { return None };
+            let [Piece { from, until: None, form }] = closed.pieces.as_slice() else { return None };
+            if !from.is_zero() {
+                return None;
+            }
             terms.insert(name.clone(), form.clone());
         }
         let holds = |test: &Test| {

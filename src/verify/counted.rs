@@ -16,6 +16,7 @@ use crate::value::Value;
 impl Trajectory {
     /// Adds a last leg, which is for ever: where each of its rounds shows what the others do, the run comes round in it.
     pub(super) fn goes_on(&mut self, mut leg: Leg, parts: Parts) {
+        self.counts = !parts.is_empty();
         if leg.shows_the_same() {
             self.cycle = Some(self.legs.len());
             if let Some(legs) = leg.clone().in_parts(&parts).filter(|legs| !legs.is_empty()) {
@@ -58,6 +59,7 @@ impl Trajectory {
         let mut found = self.clone();
         found.assumptions.assume_natural(&symbol);
         found.cycle = Some(before.len());
+        found.counts = true;
         let turns = turn.clone().in_parts(&self.parts).filter(|legs| !legs.is_empty()).unwrap_or_else(|| vec![turn]);
         found.legs = before.iter().cloned().chain(turns).collect();
         let orbit = Orbit { moving, along };

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use num_traits::{Signed, ToPrimitive};
 
 use super::lay::{Laid, Matcher, Missed};
-use super::orbit::{Orbit, observers, only, standing};
+use super::orbit::{Moving, Orbit, observers, only, standing};
 use super::round::endless;
 use super::trajectory::{Leg, Trajectory};
 use super::unit::{Unit, shows, without_end};
@@ -174,6 +174,7 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
     });
     outcome.orbit = trajectory.cycle.zip(trajectory.orbit);
     outcome.cut = !trajectory.open.is_empty();
+    outcome.counts = trajectory.counts;
     outcome.opening = trajectory.opening;
     outcome.legs = trajectory.legs;
     outcome
@@ -423,5 +424,10 @@ pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Or
     let others = outcome.values.keys().filter(|name| !outcome.steady.contains_key(name));
     let by_turns: BTreeMap<Name, Vec<Value>> = others.filter_map(|name| Some((name.clone(), turns(name)?))).collect();
     outcome.by_turns = (!by_turns.is_empty() && orbit.is_none()).then_some((rounds.len() + 1, by_turns));
+    let numbered = orbit.into_iter().flat_map(|orbit| &orbit.moving).find(|one| one.between.is_none());
+    let read = |one: &&Moving| outcome.steady.values().any(|value| value.mentions(&one.symbol));
+    outcome.remark = numbered.filter(read).map(|Moving { symbol, start, next, .. }| {
+        format!("in round {} {symbol} is {start}, and in each round after it {next}", rounds.len() + 1)
+    });
     outcome
 }

@@ -174,8 +174,12 @@ pub(crate) fn side(
     // Of roots there are so many cases, and each so long, that they say nothing.
     // Where it may have no value, neither it nor its opposite holds: they are not all cases.
     let plain = |value: &Value| !has_root(value) && known.gives_meaning(value);
+    // What is left out where it is made shorter must have a value, too.
+    if ![left, right].into_iter().all(|side| free(side) && plain(side)) {
+        return None;
+    }
     let (left, right) = &(known.simplify(left), known.simplify(right));
-    if ![left, right].into_iter().all(|side| free(side) && plain(side)) || left.size() + right.size() > MOST_SIZE {
+    if left.size() + right.size() > MOST_SIZE {
         return None;
     }
     let decided = |known: &Assumptions| known.decide(*relation, left, right).is_some();

@@ -83,6 +83,8 @@ pub struct Trajectory {
     pub(super) symbol: Option<Name>,
     /// The legs that the last leg is by turns, which is for ever, where it is several.
     pub(super) parts: Parts,
+    /// Whether it goes on by turns in which something counts on.
+    pub(super) counts: bool,
 }
 
 /// Follows a run.
