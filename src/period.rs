@@ -13,6 +13,7 @@ mod blocked;
 mod board;
 mod call;
 mod closed;
+mod congruent;
 mod control;
 mod copies;
 mod drift;
@@ -44,7 +45,7 @@ use num_bigint::BigInt;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::term::Term;
+use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 pub use blocked::{Before, Blocked};
 use closed::analysed;
@@ -302,6 +303,15 @@ impl Edge {
     /// When the sum has no normal form.
     pub fn duration(&self) -> Result<Value, ValueError> {
         self.segments.iter().try_fold(Value::integer(0), |sum, segment| sum.add(&segment.duration))
+    }
+
+    /// The values that are shown and those that pass.
+    fn shown_and_passed(&self) -> impl Iterator<Item = &Value> {
+        let shown = self.segments.iter().flat_map(|segment| &segment.observed).flat_map(|term| match term.node() {
+            Node::Observe(_, values) => values.as_slice(),
+            _ => &[],
+        });
+        shown.chain(self.communications.iter().map(|(_, value)| value))
     }
 }
 

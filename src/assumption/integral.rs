@@ -4,8 +4,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_bigint::BigInt;
+use num_integer::Integer;
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::linear::{Bound, Constraint};
 use super::refute::{Form, MOST_CONSTRAINTS};
@@ -17,6 +19,8 @@ use crate::value::{Atom, Sort, Value};
 /// The most terms of a sum, and its longest numbers in bits: longer ones bound no integer that is of use.
 const MOST_TERMS: usize = 12;
 const MOST_BITS: u64 = 64;
+/// The greatest divisor of which each rest is looked at.
+const MOST_DIVISOR: i64 = 12;
 
 /// The unknowns of a form: its monomials besides 1.
 fn unknowns(form: &Form) -> impl Iterator<Item = &(Monomial<Atom>, BigRational)> {
@@ -79,6 +83,14 @@ impl Assumptions {
         })
     }
 
+    /// The small number above 1 of which a value is an integer divided by it; none where it is not known to be that.
+    pub(super) fn divisor_of_integers(&self, value: &Value) -> Option<i64> {
+        let (numerator, denominator) = value.polynomials()?;
+        let integral = numerator.terms().iter().all(|(monomial, _)| self.all_integral(monomial));
+        let divisor = numerator.terms().iter().fold(BigInt::one(), |all, (_, number)| all.lcm(number.denom()));
+        divisor.to_i64().filter(|divisor| denominator.is_one() && integral && (2..=MOST_DIVISOR).contains(divisor))
+    }
+
     /// Whether all factors of a monomial are integers.
     pub(super) fn all_integral(&self, monomial: &Monomial<Atom>) -> bool {
         monomial.factors().iter().all(|(atom, _)| match atom {
@@ -121,6 +133,7 @@ impl Assumptions {
             found
         };
         let mut rows: BTreeSet<Constraint> = system.iter().cloned().map(&mut sharpened).collect();
+        self.equate(&mut rows);
         while let Some(unknown) = self.cheapest(&rows) {
             let (with, without): (Vec<Constraint>, Vec<Constraint>) =
                 rows.into_iter().partition(|row| factor_of(&row.form, &unknown).is_some());
@@ -131,13 +144,14 @@ impl Assumptions {
                 break;
             }
             rows = rest;
+            self.equate(&mut rows);
         }
         rows.extend(sharper);
         rows.into_iter().filter(|row| !system.contains(row)).collect()
     }
 
     /// Of the unknowns that may be no integers the one that leaves the fewest sums; last those of which integers are
-    /// multiples, as `t*v` beside `t*v*floor(d/(t*v))`.
+    /// multiples, as `t*v` beside `t*v*floor(d/(t*v))`. Then integers that an equation gives as sums of multiples of others.
     fn cheapest(&self, rows: &BTreeSet<Constraint>) -> Option<Monomial<Atom>> {
         let mut bounds: BTreeMap<&Monomial<Atom>, (bool, usize, usize)> = BTreeMap::new();
         for row in rows {
@@ -154,7 +168,30 @@ impl Assumptions {
         let cost = |(equated, lower, upper): (bool, usize, usize)| if equated { 0 } else { lower * upper };
         let real: Vec<_> = bounds.iter().filter(|(unknown, _)| !self.all_integral(unknown)).collect();
         let least = real.into_iter().min_by_key(|(unknown, counts)| (multiplied(unknown), cost(**counts)));
-        least.map(|(unknown, _)| (*unknown).clone())
+        least.map(|(unknown, _)| (*unknown).clone()).or_else(|| rows.iter().find_map(|row| self.given(row)))
+    }
+
+    /// What is at least 0 and at most 0, of integers, is 0.
+    fn equate(&self, rows: &mut BTreeSet<Constraint>) {
+        let least = |row: &&Constraint| row.bound == Bound::Nonnegative;
+        let whole = |row: &Constraint| unknowns(&row.form).all(|(unknown, _)| self.all_integral(unknown));
+        let opposite = |row: &Constraint| Constraint { form: row.form.negated(), ..row.clone() };
+        let both = rows.iter().filter(least).filter(|row| rows.contains(&opposite(row)) && whole(row));
+        let both: Vec<Constraint> = both.cloned().collect();
+        for row in both {
+            let other = opposite(&row);
+            if rows.remove(&other) && rows.remove(&row) {
+                rows.insert(Constraint { bound: Bound::Zero, ..row });
+            }
+        }
+    }
+
+    /// The integer that an equation between integers gives as a sum of multiples of the others.
+    fn given(&self, row: &Constraint) -> Option<Monomial<Atom>> {
+        let whole = unknowns(&row.form).all(|(unknown, _)| self.all_integral(unknown));
+        let content = (row.bound == Bound::Zero && whole).then(|| row.form.content())?;
+        let alone = |(_, factor): &&(Monomial<Atom>, BigRational)| factor.abs() == content;
+        unknowns(&row.form).find(alone).map(|(unknown, _)| unknown.clone())
     }
 
     /// A fact of integers as sharp as it is; an equation that no integers solve is one between numbers. The same of such a
@@ -225,5 +262,25 @@ mod tests {
         assert_eq!(holds(&known, 5, 4), None, "so for x = 1, not for 3/2");
         known.assume(Relation::Gtr, &times(4, &d), &times(5, &step));
         assert_eq!(known.decide(Relation::Eq, &rounds, &Value::integer(2)), Some(true));
+    }
+
+    #[test]
+    fn an_equation_between_integers_tells_the_rest_of_a_fraction() {
+        let m = Value::variable(&Name::new("m"));
+        let half = |value: &Value| value.div(&Value::integer(2)).unwrap();
+        let mut even = Assumptions::default();
+        even.assume_natural(&Name::new("m"));
+        let mut odd = even.clone();
+        let twice = half(&m).ceiling().unwrap().mul(&Value::integer(2)).unwrap();
+        let more = m.add(&Value::one()).unwrap();
+        let less = half(&m.sub(&Value::one()).unwrap());
+        assert_eq!(even.simplify(&twice), twice);
+        even.assume(Relation::Lss, &twice, &more);
+        odd.assume(Relation::Eq, &twice, &more);
+        assert_eq!(even.simplify(&twice), m);
+        assert_eq!(odd.simplify(&twice), more);
+        assert_eq!(odd.decide(Relation::Eq, &less.ceiling().unwrap(), &less), Some(true));
+        assert_eq!(odd.simplify(&less.ceiling().unwrap()), less);
+        assert_eq!(even.simplify(&less.ceiling().unwrap()), half(&m));
     }
 }

@@ -160,6 +160,8 @@ impl Assumptions {
                     inner
                 } else if let Some(floor) = self.floor_enclosed(&inner) {
                     Value::rational(floor)
+                } else if let Some(floor) = self.floor_stated(&inner)? {
+                    floor
                 } else {
                     inner.floor()?
                 }
@@ -174,6 +176,29 @@ impl Assumptions {
             Atom::Maximum(parts) => self.greatest(self.all(parts)?)?,
         };
         Ok(if image.as_atom() == Some(atom) { None } else { Some(image) })
+    }
+
+    /// The integer part of a fraction of which something is assumed, where only one rest is left that it may have:
+    /// `floor(m/2)` is `m/2` where `2*floor(m/2) > m-1`.
+    fn floor_stated(&self, inner: &Value) -> Result<Option<Value>, ValueError> {
+        let part = inner.floor()?;
+        // Of the same fraction, or of its opposite, but for a number.
+        let near = |other: &Value| {
+            let number = |value: Result<Value, ValueError>| value.is_ok_and(|value| value.as_rational().is_some());
+            number(other.sub(inner)) || number(other.add(inner))
+        };
+        let stated = |atom: &Atom| matches!(atom, Atom::Floor(other) if near(other));
+        if !self.stated.iter().any(|(_, value)| value.atoms().iter().any(stated)) {
+            return Ok(None);
+        }
+        let Some(divisor) = self.divisor_of_integers(inner) else { return Ok(None) };
+        for rest in 1..divisor {
+            let image = inner.sub(&Value::fraction(rest, divisor)?)?;
+            if self.decide(Relation::Eq, &part, &image) == Some(true) {
+                return Ok(Some(image));
+            }
+        }
+        Ok((self.decide(Relation::Eq, &part, inner) == Some(true)).then(|| inner.clone()))
     }
 
     /// The same value by an assumed equation, where that makes it shorter: where something has come to is said by where

@@ -6,7 +6,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::{Edge, End, Next, Period};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::term::Node;
 use crate::value::{Atom, Value};
 
 /// Rounds that a course is followed for.
@@ -86,12 +85,7 @@ fn steering(edge: &Edge, after: &[BTreeSet<Name>]) -> BTreeSet<Name> {
     }
     // Where a time is not known the course is not, either.
     names.extend(edge.duration().iter().flat_map(Value::variables));
-    let shown = edge.segments.iter().flat_map(|segment| &segment.observed).flat_map(|term| match term.node() {
-        Node::Observe(_, values) => values.as_slice(),
-        _ => &[],
-    });
-    let passed = edge.communications.iter().map(|(_, value)| value);
-    let with_needs = shown.chain(passed).chain(edge.map.values()).filter(|value| !value.needs().is_empty());
+    let with_needs = edge.shown_and_passed().chain(edge.map.values()).filter(|value| !value.needs().is_empty());
     names.extend(with_needs.flat_map(Value::variables));
     if let Next::Phase(next) = &edge.next {
         let counts = |name: &Name| after.get(*next).is_some_and(|names| names.contains(name));

@@ -270,6 +270,11 @@ fn course_as_assumed(
     let phases = period.course(&environment.assumptions, interrupted);
     let Some((lasting, from)) = run.flatten() else {
         let whole = |course| Ok(Known { course, moving: false });
+        if phases.is_none()
+            && let Some(course) = period.congruent(&environment.assumptions, interrupted)
+        {
+            return Ok(Some(Known { course, moving: true }));
+        }
         return phases.map_or_else(|| by_legs(period, environment, interrupted), whole).map(Some).or_else(|why| {
             // Where something is drawn there is no such time.
             let onward = why.reason.as_ref().and_then(|_| period.onward(&environment.assumptions, interrupted));
@@ -386,6 +391,7 @@ fn again(run: &Trajectory, period: &Period, known: &Assumptions) -> Option<Cours
     };
     let phases = again.iter().filter_map(|leg| period.phases.get(leg.phase));
     let beside = phases.flat_map(|phase| &phase.variables).filter(|name| !told.contains(name)).cloned().collect();
+    let (lasting, start) = (known.simplify(&lasting), known.simplify(&start));
     (!lasting.is_zero()).then_some(Course::Repeats { lasting, from: start, beside })
 }
 

@@ -43,7 +43,7 @@ pub(super) fn needs(state: &[Term]) -> Vec<(Need, Vec<Guard>)> {
     open.extend(state.iter().map(|term| (term.clone(), Vec::new())));
     while let Some((term, guards)) = open.pop() {
         let own = term.values().flat_map(Value::needs);
-        let plain = own.filter(|need| met(need).is_some() && need.value().variables().is_disjoint(&bound));
+        let plain = own.filter(|need| need.value().variables().is_disjoint(&bound));
         found.extend(plain.map(|need| (need, guards.clone())));
         let mut before: Vec<Guard> = guards;
         for child in term.children() {
@@ -61,13 +61,13 @@ pub(super) fn needs(state: &[Term]) -> Vec<(Need, Vec<Guard>)> {
 }
 
 /// That a need is met, as a condition.
-pub(super) fn met(need: &Need) -> Option<Condition> {
+pub(super) fn met(need: &Need) -> Condition {
     let relation = match need {
         Need::Nonzero(_) => Relation::Neq,
         Need::Nonnegative(_) => Relation::Gte,
-        Need::Natural(_) => return None,
+        Need::Natural(value) => return Condition::Natural(value.clone()),
     };
-    Some(Condition::Compare(relation, need.value().clone(), Value::zero()))
+    Condition::Compare(relation, need.value().clone(), Value::zero())
 }
 
 /// What is known of the variables of a phase, each under the name that it has in its state.

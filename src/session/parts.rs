@@ -169,8 +169,9 @@ pub(crate) fn in_all(parts: &[Part], environment: &Environment, interrupted: &dy
 
 /// How a part goes on that has one way alone.
 pub(super) fn steady(part: &Part, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Option<Known> {
-    let course = part.period.course(&environment.assumptions, interrupted)?;
-    Some(Known { course, moving: false })
+    let known = &environment.assumptions;
+    let course = part.period.course(known, interrupted).map(|course| Known { course, moving: false });
+    course.or_else(|| Some(Known { course: part.period.congruent(known, interrupted)?, moving: true }))
 }
 
 /// The same, of parts of which it is known, or not, where each comes to.

@@ -301,7 +301,7 @@ impl Rounds<'_> {
         let copies = counts(state).cloned().map(Condition::Natural);
         let granted = |need: &Need| self.theory.assumptions.grants(need) == Some(true);
         let always = needs(state).into_iter().filter(|(need, guards)| guards.is_empty() && !granted(need));
-        let defined = always.filter_map(|(need, _)| met(&need));
+        let defined = always.map(|(need, _)| met(&need));
         let running = delays(state).filter(open).map(more_than_none);
         let mut all: Vec<Condition> = running.chain(copies).chain(defined).collect();
         let mut seen = BTreeSet::new();

@@ -1,5 +1,7 @@
 //! How often a round comes back to its phase: the recurrence of its variables, and the first test that fails.
 
+use std::collections::BTreeSet;
+
 use super::trajectory::{Values, Walker};
 use super::undecided::Unsure;
 use crate::assumption::Assumptions;
@@ -8,6 +10,9 @@ use crate::name::Name;
 use crate::period::{Edge, Test};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first, solve_together};
 use crate::value::{Relation, Sort, Value, ValueError};
+
+/// The most tests of a round of which it is asked whether one follows from another.
+const MOST_COMPARED: usize = 12;
 
 /// A count of rounds with the closed forms.
 pub(super) struct Count {
@@ -72,10 +77,32 @@ impl Walker<'_> {
             learned: None,
             shown: None,
         };
-        for (test, after) in round.tests.iter().zip(&round.after) {
-            self.limit(&mut count, test, after.as_ref(), &forms)?;
+        for (place, (test, after)) in round.tests.iter().zip(&round.after).enumerate() {
+            if !self.follows(round, place) {
+                self.limit(&mut count, test, after.as_ref(), &forms)?;
+            }
         }
         Ok(count)
+    }
+
+    /// Whether a test of a round holds wherever another one of the round does: it is never the first that fails. Of tests
+    /// that say the same the first is kept.
+    fn follows(&self, round: &Edge, place: usize) -> bool {
+        if round.tests.len() > MOST_COMPARED {
+            return false;
+        }
+        let follows = |test: &Test, from: &Test| {
+            let names =
+                |test: &Test| test.left.variables().into_iter().chain(test.right.variables()).collect::<BTreeSet<_>>();
+            names(test) == names(from) && {
+                let mut known = self.assumptions.clone();
+                known.assume(from.relation, &from.left, &from.right);
+                test.decide(&known) == Some(true)
+            }
+        };
+        let test = &round.tests[place];
+        let mut others = round.tests.iter().enumerate().filter(|(other, _)| *other != place);
+        others.any(|(other, from)| follows(test, from) && (other < place || !follows(from, test)))
     }
 
     /// The conditions of which it is not known that they hold.
