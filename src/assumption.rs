@@ -21,6 +21,7 @@ mod sign;
 mod simplex;
 mod simplify;
 mod triangle;
+mod vectors;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -34,6 +35,7 @@ use crate::value::{Atom, Need, Relation, Sort, Value, ValueError};
 use linear::{Bound, Constraint};
 pub(crate) use pieces::with_fewest_corners;
 use sign::Signs;
+use vectors::of_condition;
 
 /// Facts about variables; cheap enough to copy.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -59,20 +61,7 @@ impl Assumptions {
         let Ok(difference) = left.sub(right) else { return };
         match (relation, difference.sort()) {
             (_, Sort::Real) => {}
-            (Relation::Eq, Sort::Vector(length)) => {
-                let parts = (0..length).filter_map(|place| difference.component(place));
-                parts.for_each(|part| self.assume(Relation::Eq, &part, &Value::zero()));
-                return;
-            }
-            (Relation::Neq, Sort::Vector(_)) => {
-                let parts = difference.components().unwrap_or_default();
-                if let [part] = parts.iter().filter(|part| !part.is_zero()).collect::<Vec<_>>().as_slice() {
-                    self.assume(Relation::Neq, part, &Value::zero());
-                } else if let Ok(length) = difference.norm().and_then(|norm| norm.mul(&norm)) {
-                    self.assume(Relation::Gtr, &length, &Value::zero());
-                }
-                return;
-            }
+            (_, Sort::Vector(_)) => return self.assume_of_vector(relation, &difference),
             _ => return,
         }
         let (relation, value) = match relation {
@@ -82,6 +71,10 @@ impl Assumptions {
             },
             other => (other, difference),
         };
+        if let (Relation::Gtr | Relation::Neq, Some((condition, rest))) = (relation, of_condition(&value)) {
+            self.assume(Relation::Gtr, &condition, &Value::zero());
+            return self.assume(relation, &rest, &Value::zero());
+        }
         let news: BTreeSet<Name> =
             value.variables().into_iter().filter(|name| !self.mentioned.contains(name)).collect();
         if news.is_empty() && self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
@@ -230,34 +223,6 @@ impl Assumptions {
             return Some(relation.holds(left.cmp(&right)));
         }
         self.decide_unless_contradictory(relation, &left.sub(right).ok()?)
-    }
-
-    /// Vectors and distributions are only equal or not.
-    fn decide_wholes(&self, relation: Relation, left: &Value, right: &Value) -> Option<bool> {
-        if !matches!(relation, Relation::Eq | Relation::Neq) {
-            return None;
-        }
-        let equal = match (left.sort(), right.sort()) {
-            _ if left == right => Some(true),
-            (Sort::Vector(length), Sort::Vector(other)) if length == other => {
-                let mut all = Some(true);
-                for place in 0..length {
-                    match self.decide(Relation::Eq, &left.component(place)?, &right.component(place)?) {
-                        Some(true) => {}
-                        Some(false) => return Some(relation == Relation::Neq),
-                        None => all = None,
-                    }
-                }
-                // Not equal in all places: then the distance is not 0.
-                let apart = || {
-                    let length = left.sub(right).ok()?.norm().ok()?;
-                    self.decide(Relation::Gtr, &length.mul(&length).ok()?, &Value::zero())
-                };
-                if all.is_none() && apart() == Some(true) { Some(false) } else { all }
-            }
-            _ => None,
-        };
-        equal.map(|equal| equal == (relation == Relation::Eq))
     }
 
     /// Compares a value with 0.

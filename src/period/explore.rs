@@ -67,6 +67,8 @@ struct Spot {
     held: Vec<Held>,
     variables: Vec<Name>,
     hints: Vec<Name>,
+    /// The how manyth component of a vector each value held is, if it is one.
+    axes: Vec<Option<usize>>,
     ways: Vec<Way>,
     explorations: usize,
     together: Together,
@@ -321,6 +323,7 @@ impl<'a> Explorer<'a> {
         work: &mut BTreeSet<usize>,
     ) -> Result<Target, Failure> {
         let (mut entries, mut hints, mut delays, mut beside) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut axes: Vec<Option<usize>> = Vec::new();
         let mut take = |slot: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
             if matches!(slot, Slot::Delay) {
                 if self.kept != Kept::Nothing && !self.clock.settler.varies(value) {
@@ -333,10 +336,12 @@ impl<'a> Explorer<'a> {
             let nothing = self.is_beside(&slot);
             let Some(parts) = value.components() else {
                 entries.push(value.clone());
+                axes.push(None);
                 beside.push(nothing);
                 hints.push(hint);
                 return Ok(Value::zero());
             };
+            axes.extend((0..parts.len()).map(Some));
             beside.extend(parts.iter().map(|_| nothing));
             hints.extend((0..parts.len()).map(|place| hint.component(place, parts.len())));
             let nothing = Value::vector(vec![Value::zero(); parts.len()]);
@@ -371,10 +376,10 @@ impl<'a> Explorer<'a> {
             return Err(drift::growth(self.clock.names, state, number, self.assumptions));
         }
         remainders.insert(key, number);
-        let held = first_held(&entries, |value| self.clock.settler.varies(value));
+        let held = first_held(&entries, &axes, |value| self.clock.settler.varies(value));
         let variables = name_variables(&held, &hints, self.clock.settler.reserved);
         let (ways, explorations, together) = (Vec::new(), 0, Together::SoFar);
-        self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations, together, bounds });
+        self.spots.push(Spot { control, delays, held, variables, hints, axes, ways, explorations, together, bounds });
         work.insert(number);
         Ok(Target::Spot(number, entries))
     }

@@ -15,19 +15,37 @@ pub(super) enum Held {
     Class(usize),
 }
 
-/// What the places of a phase hold at the first visit.
-pub(super) fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
-    let mut classes: BTreeMap<&Value, usize> = BTreeMap::new();
-    entries
-        .iter()
-        .map(|entry| {
-            if !varies(entry) {
-                return Held::Constant(entry.clone());
-            }
-            let next = classes.len();
-            Held::Class(*classes.entry(entry).or_insert(next))
-        })
-        .collect()
+/// The variables of a phase, each with what it is told from the others by. Of one vector no two components are one variable,
+/// though they may be equal for a while: how far a robot has come is no simpler on a diagonal than elsewhere.
+struct Classes<K>(BTreeMap<K, Vec<(Option<usize>, usize)>>, usize);
+
+impl<K: Ord> Classes<K> {
+    fn new() -> Self {
+        Classes(BTreeMap::new(), 0)
+    }
+
+    /// The variable of such a place, which is the component of a vector that has this number, if it is one.
+    fn of(&mut self, key: K, axis: Option<usize>) -> usize {
+        let same = self.0.entry(key).or_default();
+        let fits = |(own, _): &&(Option<usize>, usize)| axis.is_none() || own.is_none() || *own == axis;
+        if let Some((_, class)) = same.iter().find(fits) {
+            return *class;
+        }
+        let next = self.1;
+        self.1 += 1;
+        same.push((axis, next));
+        next
+    }
+}
+
+/// What the places of a phase hold at the first visit, of which some are components of vectors.
+pub(super) fn first_held(entries: &[Value], axes: &[Option<usize>], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
+    let mut classes: Classes<&Value> = Classes::new();
+    let each = |(place, entry)| match varies(entry) {
+        true => Held::Class(classes.of(entry, axes.get(place).copied().flatten())),
+        false => Held::Constant(entry.clone()),
+    };
+    entries.iter().enumerate().map(each).collect()
 }
 
 /// Where the values of a phase stand: what each is called, and the how manyth it is of how many in its component.
@@ -55,7 +73,7 @@ pub(super) fn places(runs: &[Run], delays: &[Option<Value>], hints: &[Name]) -> 
 /// `alike`, a place that holds a variable now makes variables of those.
 pub(super) fn absorbed(
     before: &[Held],
-    entries: &[Value],
+    (entries, axes): (&[Value], &[Option<usize>]),
     varying: &[bool],
     alike: Option<&[(Name, usize, usize)]>,
 ) -> Vec<Held> {
@@ -69,7 +87,7 @@ pub(super) fn absorbed(
     let open: BTreeSet<_> =
         alike.into_iter().flatten().enumerate().filter(|(place, _)| !stays(*place)).map(|(_, key)| key).collect();
     let follows = |place: usize| alike.and_then(|alike| alike.get(place)).is_some_and(|key| open.contains(key));
-    let mut classes: BTreeMap<(Held, Value, Option<usize>), usize> = BTreeMap::new();
+    let mut classes: Classes<(Held, Value, Option<usize>)> = Classes::new();
     let mut held = Vec::with_capacity(before.len());
     for (place, (old, entry)) in before.iter().zip(entries).enumerate() {
         if stays(place) && !follows(place) {
@@ -78,8 +96,8 @@ pub(super) fn absorbed(
         }
         // What only follows is a variable of its own.
         let own = stays(place).then_some(place);
-        let next = classes.len();
-        held.push(Held::Class(*classes.entry((old.clone(), entry.clone(), own)).or_insert(next)));
+        let axis = axes.get(place).copied().flatten();
+        held.push(Held::Class(classes.of((old.clone(), entry.clone(), own), axis)));
     }
     held
 }

@@ -11,7 +11,7 @@ impl Explorer<'_> {
         let alike = self.spots[number].explorations > MOST_EXPLORATIONS;
         let spot = &mut self.spots[number];
         let alike = alike.then(|| places(&spot.control.runs, &spot.delays, &spot.hints));
-        let held = absorbed(&spot.held, entries, &varying, alike.as_deref());
+        let held = absorbed(&spot.held, (entries, &spot.axes), &varying, alike.as_deref());
         let held = spot.together.of((&spot.held, held), spot.explorations, (entries, &varying));
         let changed = held != spot.held;
         spot.held = held;

@@ -126,8 +126,8 @@ impl Turn {
         let (then, _) = entries(&before)?;
         let (now, hints) = entries(&moment.state)?;
         let constant = vec![false; now.len()];
-        let first = first_held(&then, |_| false);
-        let held = (then.len() == now.len()).then(|| absorbed(&first, &now, &constant, None))?;
+        let first = first_held(&then, &[], |_| false);
+        let held = (then.len() == now.len()).then(|| absorbed(&first, (&now, &[]), &constant, None))?;
         Some(Turn::of(clock, (now, hints), held))
     }
 
@@ -186,7 +186,7 @@ impl Turn {
             Held::Class(class) => self.images.get(*class) == Some(after),
         });
         if !fits {
-            let held = absorbed(&self.held, &after, &vec![false; after.len()], None);
+            let held = absorbed(&self.held, (&after, &[]), &vec![false; after.len()], None);
             return Some((Turn::of(clock, (self.now, self.hints), held), false));
         }
         self.tests = new.path.tests.iter().skip(moment.path.tests.len()).map(|test| test.test.clone()).collect();
