@@ -125,7 +125,10 @@ impl Assumptions {
 
     /// The number that an assumed equation says a value to be, just as it is written.
     fn stated_number(&self, value: &Value) -> Option<Value> {
-        let equal = self.stated.iter().filter(|(relation, _)| *relation == Relation::Eq);
+        let (_, below) = value.polynomials()?;
+        // What differs by a number is over the same.
+        let near = |zero: &Value| zero.polynomials().is_some_and(|(_, other)| other == below);
+        let equal = self.stated.iter().filter(|(relation, zero)| *relation == Relation::Eq && near(zero));
         equal.flat_map(|(_, zero)| [value.sub(zero), value.add(zero)]).find_map(|rest| {
             let rest = rest.ok()?;
             rest.as_rational().is_some().then_some(rest)

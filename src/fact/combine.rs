@@ -58,15 +58,17 @@ impl Facts {
         if parts.len() <= LONG {
             return None;
         }
-        let mut behind = Facts::of(&parts.after(parts.len() - 1), context);
-        for place in (0..parts.len() - 1).rev() {
-            let whole = parts.after(place);
-            let known = context.known.borrow().get(&whole).cloned();
-            behind = known.unwrap_or_else(|| {
-                let facts = Facts::clone(&Facts::of(&parts[place], context)).then(&behind);
-                Rc::new(facts.binding_where_it_stops())
-            });
-            context.known.borrow_mut().insert(whole, Rc::clone(&behind));
+        let last = parts.len() - 1;
+        // Of what only begins otherwise than something before all that follows is known.
+        let found = (1..last).find_map(|place| {
+            let known = context.known.borrow().get(&parts.after(place)).cloned();
+            known.map(|known| (place, known))
+        });
+        let (from, mut behind) = found.unwrap_or_else(|| (last, Facts::of(&parts.after(last), context)));
+        for place in (0..from).rev() {
+            let facts = Facts::clone(&Facts::of(&parts[place], context)).then(&behind);
+            behind = Rc::new(facts.binding_where_it_stops());
+            context.known.borrow_mut().insert(parts.after(place), Rc::clone(&behind));
         }
         Some(behind)
     }
