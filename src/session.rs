@@ -2,6 +2,7 @@
 //!
 //! It reads no file and prints nothing: what surrounds it finds imports, says when to stop, and takes the answers.
 
+mod abreast;
 mod alike;
 mod always;
 pub(crate) mod beside;

@@ -2,6 +2,7 @@
 
 use std::cell::LazyCell;
 
+use super::abreast::each;
 use super::beside::BESIDE;
 use super::course::{Known, Unsettled, course_of};
 use super::delays::{self, Order, in_orders};
@@ -263,11 +264,14 @@ fn by_parts(
 ) -> Told {
     let mut lines = vec![headline(parts, ways)];
     let mut courses = Vec::new();
-    for (number, part) in parts.iter().enumerate() {
-        lines.push(format!("part {}: {}", number + 1, part.names()));
+    let told = each(parts, interrupted, &|part, interrupted| {
         let (told, course) = told_whole(&part.period, &part.system, environment, interrupted);
+        (told, course.ok().flatten().or_else(|| steady(part, environment, interrupted)))
+    });
+    for (number, (part, (told, course))) in parts.iter().zip(told).enumerate() {
+        lines.push(format!("part {}: {}", number + 1, part.names()));
         lines.extend(told.into_iter().map(|line| format!("  {line}")));
-        courses.push(course.ok().flatten().or_else(|| steady(part, environment, interrupted)));
+        courses.push(course);
     }
     let all = together(parts, courses, environment);
     lines.extend(all.line());

@@ -18,6 +18,11 @@ pub fn tell(stack: usize) {
     STACK.set(stack);
 }
 
+/// How much stack this thread has, in bytes, as far as it was told.
+pub fn stack() -> usize {
+    STACK.get()
+}
+
 /// The most operators that may stand around one another, each with one part, as `new p.` does.
 pub fn levels() -> usize {
     (STACK.get() / LEVEL).min(MOST)
