@@ -31,6 +31,8 @@ struct Residues {
     /// By phase, those that something needs to be natural, as it has them for an exponent, say: what is dropped of these is
     /// not less than 0.
     natural: Vec<BTreeSet<Name>>,
+    /// Whether the others are integers: more comes to the same then, as `mod(k*k,3)` does.
+    integers: bool,
 }
 
 /// A way that was taken, how long it took, and the state that it left: only what is kept, modulo.
@@ -58,7 +60,8 @@ impl Period {
         let all: Vec<BTreeSet<Name>> =
             self.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect();
         let course = |kept: &[BTreeSet<Name>]| {
-            Residues::of(&ways, kept, interrupted)?.follow(self, kept, assumptions, interrupted)
+            let follow = |residues: Residues| residues.follow(self, kept, assumptions, interrupted);
+            [true, false].into_iter().find_map(|integers| follow(Residues::of(&ways, kept, integers, interrupted)?))
         };
         let steered = course(&steering_of(&ways))?;
         // What is looked at no more makes no state another, as long as it is no other in the end.
@@ -75,14 +78,19 @@ impl Period {
 
 impl Residues {
     /// The most values that may be taken modulo what they are divided by; none where these are none.
-    fn of(ways: &[&[Edge]], kept: &[BTreeSet<Name>], interrupted: &dyn Fn() -> bool) -> Option<Residues> {
+    fn of(
+        ways: &[&[Edge]],
+        kept: &[BTreeSet<Name>],
+        integers: bool,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Option<Residues> {
         let every = ways.iter().copied().flatten();
         let values = every.flat_map(|edge| looked_at(edge).into_iter().chain(edge.map.values().cloned()));
         let modulus = values.flat_map(|value| divisors(&value)).fold(BigInt::one(), |all, one| all.lcm(&one));
         if modulus.is_one() || modulus > BigInt::from(MOST_MODULUS) {
             return None;
         }
-        let mut residues = Residues { modulus, names: kept.to_vec(), natural: natural(ways) };
+        let mut residues = Residues { modulus, names: kept.to_vec(), natural: natural(ways), integers };
         loop {
             if interrupted() {
                 return None;
@@ -120,15 +128,15 @@ impl Residues {
         })
     }
 
-    /// What is added to a value if the modulus is added to one that it depends on. All that is taken modulo is an integer:
-    /// an integer part stands for it, but for what may be an exponent.
+    /// What is added to a value if the modulus is added to one that it depends on. For each integer that is taken modulo an
+    /// integer part stands, but for what may be an exponent.
     fn difference(&self, value: &Value, name: &Name, phase: usize) -> Option<Value> {
         if value.sort() == Sort::Distribution {
             return None;
         }
-        let integer = |name: &Name| match self.is_natural(phase, name) {
-            true => Some(Value::variable(name)),
-            false => Value::variable(&open_name(name)).floor().ok(),
+        let integer = |name: &Name| match self.integers && !self.is_natural(phase, name) {
+            true => Value::variable(&open_name(name)).floor().ok(),
+            false => Some(Value::variable(name)),
         };
         let images = self.names.get(phase)?.iter().map(|name| Some((name.clone(), integer(name)?)));
         let mut images = images.collect::<Option<BTreeMap<Name, Value>>>()?;
@@ -177,9 +185,12 @@ impl Residues {
 
     /// What is left of a value that may be taken modulo; none of one that may not be.
     fn left_of(&self, value: &Value, natural: bool) -> Option<Value> {
-        let number = value.as_rational().filter(|number| number.is_integer())?;
-        let left = number.to_integer().mod_floor(&self.modulus);
-        (!natural || !number.is_negative()).then(|| Value::rational(BigRational::from_integer(left)))
+        let number = value.as_rational()?;
+        if (natural || self.integers) && !number.is_integer() || natural && number.is_negative() {
+            return None;
+        }
+        let modulus = BigRational::from_integer(self.modulus.clone());
+        Some(Value::rational(&number - (&number / &modulus).floor() * modulus))
     }
 
     fn follow(
