@@ -77,32 +77,43 @@ impl Walker<'_> {
             learned: None,
             shown: None,
         };
+        let tells = self.telling(round);
         for (place, (test, after)) in round.tests.iter().zip(&round.after).enumerate() {
-            if !self.follows(round, place) {
+            if tells.contains(&place) {
                 self.limit(&mut count, test, after.as_ref(), &forms)?;
             }
         }
         Ok(count)
     }
 
-    /// Whether a test of a round holds wherever another one of the round does: it is never the first that fails. Of tests
-    /// that say the same the first is kept.
-    fn follows(&self, round: &Edge, place: usize) -> bool {
-        if round.tests.len() > MOST_COMPARED {
-            return false;
+    /// The tests of a round that may be the first to fail: not those that hold wherever another of these does.
+    fn telling(&self, round: &Edge) -> BTreeSet<usize> {
+        let tests = &round.tests;
+        let mut tells: BTreeSet<usize> = (0..tests.len()).collect();
+        if tests.len() > MOST_COMPARED {
+            return tells;
         }
+        let names =
+            |test: &Test| test.left.variables().into_iter().chain(test.right.variables()).collect::<BTreeSet<_>>();
         let follows = |test: &Test, from: &Test| {
-            let names =
-                |test: &Test| test.left.variables().into_iter().chain(test.right.variables()).collect::<BTreeSet<_>>();
-            names(test) == names(from) && {
+            // What may have no value does not hold there.
+            names(test) == names(from) && [&test.left, &test.right].iter().all(|side| side.needs().is_empty()) && {
                 let mut known = self.assumptions.clone();
                 known.assume(from.relation, &from.left, &from.right);
                 test.decide(&known) == Some(true)
             }
         };
-        let test = &round.tests[place];
-        let mut others = round.tests.iter().enumerate().filter(|(other, _)| *other != place);
-        others.any(|(other, from)| follows(test, from) && (other < place || !follows(from, test)))
+        for (place, test) in tests.iter().enumerate() {
+            // Only by what is still looked at: of tests that say the same one is left.
+            let implied = tests
+                .iter()
+                .enumerate()
+                .any(|(other, from)| other != place && tells.contains(&other) && follows(test, from));
+            if implied {
+                tells.remove(&place);
+            }
+        }
+        tells
     }
 
     /// The conditions of which it is not known that they hold.
