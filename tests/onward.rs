@@ -22,6 +22,20 @@ fn a_run_that_takes_the_same_ways_for_ever_repeats_though_values_go_on() {
 }
 
 #[test]
+fn what_is_left_of_a_value_may_come_again_while_the_value_goes_on() {
+    // 2, 6, 18, … leave 0 by 2, and 3, -6, 12, … leave 0 by 3: they are others each time all the same.
+    let rest = "proc Q_k = (Eq_{mod(k,2),0} ; (Delay_1 # A_k) ; Q_{3*k})\nsystem Sys = Q_2\nperiod Sys\n";
+    says(&format!("observer A(x)\n{rest}"), &["lasting: 1 in all, as the system runs, while k may go on"]);
+    let turned = "proc P_k = (Delay_{1+mod(k,3)} # A_k) ; P_{-2*k}\nsystem Sys = P_3\nperiod Sys\n";
+    says(&format!("observer A(x)\n{turned}"), &["lasting: 1 in all, as the system runs from 1 on, while k may go on"]);
+    let two = "proc P_{k,j} = (Delay_{1+mod(j,2)} # A_j) ; P_{2*k,j+k}\nsystem Sys = P_{5,0}\nperiod Sys\n";
+    says(&format!("observer A(x)\n{two}"), &["lasting: 2 in all, as the system runs from 3 on, while j, k may go on"]);
+    let least = "proc P_k = (Neq_{mod(k,3),0} ; (Delay_1 # A_k) ; P_{2*k-1}) | (Eq_{mod(k,3),0} ; (Delay_2 # A_k) ; P_{2*k})\n\
+        system Sys = P_4\nperiod Sys\n";
+    says(&format!("observer A(x)\n{least}"), &["lasting: 1 in all, as the system runs, while k may go on"]);
+}
+
+#[test]
 fn a_leg_between_numbers_is_said_to_lead_from_one_to_the_other() {
     let script = "proc W_x = (Delay_1 # Odo_x # At_x) ; In_v<u> ; W_{x+u}\nproc Odo_x = Out_{p,x} ; Odo_x\n\
         proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,g-r} ; Go_g\nproc M = Go_7 ; Go_0 ; M\n\

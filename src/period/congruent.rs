@@ -203,6 +203,8 @@ impl Residues {
         let (mut edges, mut state, mut time) = (period.initial.as_slice(), BTreeMap::new(), Value::zero());
         let mut seen: HashMap<(usize, BTreeMap<Name, Value>), usize> = HashMap::new();
         let mut taken: Vec<Taken<'_>> = Vec::new();
+        // The values of which something was dropped, from the start on.
+        let mut cut: BTreeSet<(usize, Name)> = BTreeSet::new();
         let mut phase = None;
         while taken.len() < MOST_ROUNDS && !interrupted() {
             let edge = way(edges, &state, assumptions)?;
@@ -212,11 +214,15 @@ impl Residues {
             let held = edge.map.iter().filter(|(name, _)| kept.get(number).is_some_and(|all| all.contains(*name)));
             let next = held.map(|(name, value)| {
                 let value = assumptions.with_equations(value.substitute(&state).ok()?);
-                let value = if self.modulo(number, name) {
+                let left = if self.modulo(number, name) {
                     self.left_of(&value, self.is_natural(number, name))?
                 } else {
-                    value
+                    value.clone()
                 };
+                if left != value {
+                    cut.insert((number, name.clone()));
+                }
+                let value = left;
                 (value.size() <= MOST_SIZE && value.bits() <= u64::from(MOST_MODULUS)).then(|| (name.clone(), value))
             });
             let next: BTreeMap<Name, Value> = next.collect::<Option<_>>()?;
@@ -225,16 +231,21 @@ impl Residues {
             }
             (edges, phase, state, time) = (&period.phases.get(number)?.edges, Some(number), next, later);
             if let Some(first) = seen.insert((number, state.clone()), taken.len()) {
-                return self.again(period, &taken, first);
+                return self.again(period, (&taken, first), &cut);
             }
         }
         None
     }
 
     /// What comes again, if the ways from this one on do, with what is left of the values.
-    fn again(&self, period: &Period, taken: &[Taken<'_>], first: usize) -> Option<Course> {
+    fn again(
+        &self,
+        period: &Period,
+        (taken, first): (&[Taken<'_>], usize),
+        cut: &BTreeSet<(usize, Name)>,
+    ) -> Option<Course> {
         let cycle = taken.get(first..)?;
-        let beside = self.beside(cycle);
+        let beside = self.beside(taken, cut);
         // With a modulus that is greater than it need be the ways may come again earlier, and have come before.
         let length = cycle.len();
         let shifted =
@@ -250,26 +261,20 @@ impl Residues {
         (!lasting.is_zero()).then(|| Course::Repeats { lasting, from: taken[from].time.clone(), beside })
     }
 
-    /// The values that are others each time: those of which something is dropped, and what is made of them.
-    fn beside(&self, cycle: &[Taken<'_>]) -> BTreeSet<Name> {
-        let mut found: BTreeSet<(usize, Name)> = BTreeSet::new();
+    /// The values that may be others each time: those of which something was dropped at any time, also before the ways come
+    /// again, and what is made of them. That what is left comes again says nothing of these: 2, 6, 18, … all leave 0 by 2.
+    fn beside(&self, taken: &[Taken<'_>], cut: &BTreeSet<(usize, Name)>) -> BTreeSet<Name> {
+        let mut found = cut.clone();
         loop {
             let mut more = found.clone();
-            for one in cycle {
+            for one in taken {
                 let Next::Phase(next) = one.edge.next else { continue };
                 for (name, value) in one.edge.map.iter().filter(|(name, _)| self.modulo(next, name)) {
                     // What only depends on what is left is the same each time.
-                    let mut changing = value
-                        .variables()
-                        .into_iter()
-                        .filter(|from| self.modulo(one.phase, from) && !self.is_periodic(value, from, one.phase))
-                        .peekable();
-                    let reduced = || {
-                        let value = value.substitute(&one.state);
-                        value.is_ok_and(|value| self.left_of(&value, false).as_ref() != Some(&value))
+                    let goes_on = |from: &Name| {
+                        found.contains(&(one.phase, from.clone())) && !self.is_periodic(value, from, one.phase)
                     };
-                    let changes = changing.peek().is_some();
-                    if changing.any(|from| found.contains(&(one.phase, from))) || changes && reduced() {
+                    if value.variables().iter().any(goes_on) {
                         more.insert((next, name.clone()));
                     }
                 }
