@@ -27,6 +27,7 @@ mod lonely;
 mod merge;
 mod onward;
 mod order;
+mod passed_on;
 mod rates;
 mod rest;
 mod run;

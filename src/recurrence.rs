@@ -50,6 +50,7 @@ mod modular;
 mod modulo;
 mod near;
 mod needed;
+mod multiplied;
 mod nested;
 mod never;
 mod nonlinear;

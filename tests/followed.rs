@@ -78,6 +78,20 @@ fn all_checked<const COUNT: usize>(systems: [(String, usize); COUNT]) {
     }
 }
 
+/// What a call binds is read behind it, whatever was bound so before: how the system stands in the middle of a round says so.
+#[test]
+fn what_a_call_binds_is_read_behind_it() {
+    let tour = |between: &str| {
+        format!(
+            "observer At(s)\nproc Step_s<s2> = (Delay_1 # At_s) ; Set_{{s+1}}<s2>\n\
+             proc Rec = In_o<y> ; (Delay_1 # At_y) ; Rec\n\
+             proc Tour_s = Step_s<s2> ; Set_s2<a> ; {between} ; Out_{{o,s2}} ; Delay_{{1/2}} ; Tour_{{mod(s2,5)}}\n\
+             system Sys = Tour_0 | Rec\nperiod Sys\n"
+        )
+    };
+    all_checked([(tour("Step_a<s2>"), 3), (tour("Step_a<s2> ; Set_s2<b> ; Step_b<s2>"), 3)]);
+}
+
 /// Along an axis a direction is the sign of a number: what the system does then depends on conditions, and is followed case
 /// by case.
 #[test]

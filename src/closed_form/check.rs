@@ -12,7 +12,7 @@ use super::pieces::divides_by;
 use super::signs::Signs;
 use super::turned::{only_numbers, turned};
 use super::whole_parts::with_known_parts;
-use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
+use super::{Comparison, Form, Nested, Recurrence, Solved, Unchecked, in_class, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
@@ -89,8 +89,13 @@ impl Induction<'_> {
             forms
                 if forms.iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) && forms.len() > 1 =>
             {
-                self.base(0)?;
-                self.layered()
+                let early = self.forms.iter().map(|form| match form {
+                    Form::Nested(Nested { early, .. }) | Form::Value(early, _) => early.len(),
+                    _ => 0,
+                });
+                let early = early.max().unwrap_or(0);
+                self.base(early)?;
+                self.layered(early)
             }
             [Form::Turns(forms)] if forms.iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) => {
                 self.in_turn(forms)

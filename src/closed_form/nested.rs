@@ -94,7 +94,7 @@ impl Nested {
     }
 
     /// The term of this index, of a sequence whose layers begin with the index `since`.
-    pub(super) fn at(&self, index: &Name, since: i64, at: i64) -> Result<Value, ValueError> {
+    pub(crate) fn at(&self, index: &Name, since: i64, at: i64) -> Result<Value, ValueError> {
         if at.saturating_sub(since) > MOST_STEPS {
             return Err(error("this term is too large to compute"));
         }
@@ -126,18 +126,69 @@ impl Nested {
         })
     }
 
-    /// A form as a value over these layers, which its own join; none of one that is no such value from the start on.
+    /// The same with the value so many places before, over what the layers are now: a product without its last factor, a sum
+    /// without its last summand.
+    ///
+    /// # Errors
+    /// When the result is too large.
+    pub(crate) fn delayed(mut self, index: &Name, places: usize) -> Result<Nested, ValueError> {
+        let mut images = BTreeMap::from([(index.clone(), Value::variable(index).sub(&Value::one())?)]);
+        for (place, one) in self.layers.iter().enumerate() {
+            let (now, last) = (Value::variable(&layer(place)), one.inner().substitute(&images)?);
+            let before = match one {
+                Layer::Product(_) => now.div(&last)?,
+                Layer::Sum(_) => now.sub(&last)?,
+            };
+            images.insert(layer(place), before);
+        }
+        for _ in 0..places {
+            self.value = self.value.substitute(&images)?;
+        }
+        Ok(self)
+    }
+
+    /// The same from a later index on, where its layers begin with `begin`: each is what it was there, times or plus what
+    /// comes from there on.
+    ///
+    /// # Errors
+    /// When the result is too large.
+    pub(crate) fn beginning(&self, index: &Name, begin: i64, since: i64) -> Result<Nested, ValueError> {
+        let (mut images, mut layers) = (BTreeMap::new(), Vec::new());
+        for (place, one) in self.layers.iter().enumerate() {
+            let name = Value::variable(&layer(place));
+            let there = Nested { value: name.clone(), ..self.clone() }.at(index, begin, since)?;
+            layers.push(one.over(one.inner().substitute(&images)?));
+            images.insert(layer(place), one.following(&there, &name)?);
+        }
+        Ok(Nested { early: self.early.clone(), layers, value: self.value.substitute(&images)? })
+    }
+
+    /// A form of a sequence that begins at `from` as a value over these layers, which begin with the index `since`, and
+    /// which its own join; none of one that is no such value from there on.
     ///
     /// # Errors
     /// When a value becomes too large.
-    pub(crate) fn holding(&mut self, form: &Form, index: &Name) -> Result<Option<Value>, ValueError> {
-        let (layers, value) = match form {
+    pub(crate) fn holding(
+        &mut self,
+        form: &Form,
+        index: &Name,
+        (from, since): (i64, i64),
+    ) -> Result<Option<Value>, ValueError> {
+        let own = match form {
             Form::Product(ratio, value) => {
-                (vec![Layer::Product(ratio.clone())], value.with(&product(), &Value::variable(&layer(0)))?)
+                let value = value.with(&product(), &Value::variable(&layer(0)))?;
+                Nested { early: Vec::new(), layers: vec![Layer::Product(ratio.clone())], value }
             }
-            Form::Nested(nested) if nested.early.is_empty() => (nested.layers.clone(), nested.value.clone()),
+            Form::Nested(nested) => nested.clone(),
+            Form::Value(early, value) => {
+                return Ok((later(from, early) <= since).then(|| value.clone()));
+            }
             other => return Ok(other.value(index)),
         };
+        if later(from, &own.early) > since {
+            return Ok(None);
+        }
+        let Nested { layers, value, .. } = own.beginning(index, later(from, &own.early), since)?;
         let mut images = BTreeMap::new();
         for (place, one) in layers.iter().enumerate() {
             let shared = one.over(one.inner().substitute(&images)?).among(&mut self.layers);
@@ -151,6 +202,11 @@ impl Nested {
         let inner = self.layers.iter().map(Layer::inner).enumerate();
         inner.chain([(self.layers.len(), &self.value)])
     }
+}
+
+/// The index after the first terms.
+fn later(from: i64, early: &[Value]) -> i64 {
+    from.saturating_add_unsigned(early.len() as u64)
 }
 
 impl Induction<'_> {
@@ -168,18 +224,26 @@ impl Induction<'_> {
         self.defined.in_layers(&nested.value, since, Layers { count, fine: &products })
     }
 
-    /// The step of several sequences of first order over sums and products that they share.
-    pub(super) fn layered(&self) -> Result<(), Unchecked> {
+    /// The step of several sequences over sums and products that they share, from the index on after so many first terms.
+    pub(super) fn layered(&self, early: usize) -> Result<(), Unchecked> {
         let (index, recurrence) = (&self.recurrence.index, self.recurrence);
+        let since = recurrence.from.saturating_add_unsigned(early as u64);
         let mut whole = Nested { early: Vec::new(), layers: Vec::new(), value: Value::zero() };
-        let mut images = BTreeMap::new();
-        for (sequence, form) in recurrence.sequences.iter().zip(self.forms) {
-            let value = whole.holding(form, index)?.filter(|_| sequence.start.len() == 1);
-            images.insert(recurrence.term(&sequence.name, 0), value.ok_or_else(|| self.unlike())?);
+        let mut values = Vec::new();
+        for form in self.forms {
+            let value = whole.holding(form, index, (recurrence.from, since))?;
+            values.push(value.ok_or_else(|| self.unlike())?);
         }
-        for sequence in &recurrence.sequences {
-            let left = whole.next(&images[&recurrence.term(&sequence.name, 0)], index)?;
-            if !self.same(&left, &sequence.next.substitute(&images)?) {
+        let mut images = BTreeMap::new();
+        for (sequence, value) in recurrence.sequences.iter().zip(&mut values) {
+            for offset in 0..sequence.start.len() {
+                let following = whole.next(value, index)?;
+                images.insert(recurrence.term(&sequence.name, offset), std::mem::replace(value, following));
+            }
+        }
+        for (sequence, left) in recurrence.sequences.iter().zip(&values) {
+            let next = self.since(sequence.next.clone(), since);
+            if !self.same(left, &next.substitute(&images)?) {
                 return Err(failed("the step of the sums differs"));
             }
         }

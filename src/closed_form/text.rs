@@ -150,12 +150,13 @@ impl Written<'_> {
             let word = match one {
                 Layer::Product(ratio) => match factorials(ratio, self.index, self.since) {
                     Some(whole) => {
+                        let (value, whole) = &shortest(value, (&name, ratio), (self.index, self.since), whole)?;
                         if let Some((above, below)) = over_product(value, &name) {
                             let above = self.written(&above, outer)?;
                             let below = self.factors(&below, outer)?;
                             return Ok(format!("{}/({below}*{})", bracketed(above), bracketed(whole.to_string())));
                         }
-                        return self.written(&value.with(&name, &whole)?, outer);
+                        return self.written(&value.with(&name, whole)?, outer);
                     }
                     None => "prod",
                 },
@@ -295,6 +296,39 @@ fn counter(taken: impl Fn(&Name) -> bool) -> Name {
     let names = ["k", "j", "i", "l", "m", "h"].into_iter().map(str::to_string);
     let mut names = names.chain((1..).map(|number| format!("k{number}"))).map(|name| Name::new(&name));
     names.find(|name| !taken(name)).unwrap_or_else(|| Name::new("k"))
+}
+
+/// A value over a product of factorials, and these: `(n+1)!` for `(n+1)*n!`, if the value is shorter over those.
+fn shortest(
+    value: &Value,
+    (name, ratio): (&Name, &Value),
+    (index, from): (&Name, i64),
+    whole: Value,
+) -> Result<(Value, Value), ValueError> {
+    let (count, product) = (Value::variable(index), Value::variable(name));
+    let later = |places: i64| {
+        let moved = ratio.with(index, &count.add(&Value::integer(places)).ok()?).ok()?;
+        let whole = factorials(&moved, index, from)?;
+        // The product so many places on has these factors more, and those that it does not begin with.
+        let (mut now, mut first) = (Value::one(), Value::one());
+        for place in places.min(0)..places.max(0) {
+            let at = |index_now: &Value| ratio.with(index, &index_now.add(&Value::integer(place)).ok()?).ok();
+            now = now.mul(&at(&count)?).ok()?;
+            first = first.mul(&at(&Value::integer(from))?).ok()?;
+        }
+        let (now, first) =
+            if places < 0 { (Value::one().div(&now).ok()?, Value::one().div(&first).ok()?) } else { (now, first) };
+        let value = value.with(name, &product.div(&now).ok()?).ok()?;
+        Some((value, whole.mul(&first).ok()?))
+    };
+    let length = |value: &Value| value.to_string().chars().count();
+    let mut best = (value.clone(), whole);
+    for found in [1, 2, -1].into_iter().filter_map(later) {
+        if length(&found.0) < length(&best.0) {
+            best = found;
+        }
+    }
+    Ok(best)
 }
 
 /// The product in factorials where its factors are `n + a` with whole numbers a.

@@ -134,7 +134,7 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     let reserved = run.reserved(components);
     // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
-    let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations)));
+    let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations), definitions));
     let (durations, ended) = (RefCell::default(), Ended::of(&system.users));
     let settler = Settler { definitions, reserved: &reserved, tails, durations, ended };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);

@@ -6,9 +6,11 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
+use super::env::Env;
+use super::passed_on::PassedOn;
+use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
-use crate::scope::needed_names;
 use crate::term::{Node, Term, TermMap};
 
 /// The parts to come.
@@ -31,16 +33,18 @@ pub(crate) struct Tails {
     known: Quick<(Term, Rest), Rest>,
     sequences: TermMap<Rest>,
     nothing: Rc<BTreeSet<Name>>,
+    passed_on: PassedOn,
 }
 
 impl Tails {
-    /// With room for so many sequences and parts.
-    pub(super) fn with_capacity(sequences: usize, parts: usize) -> Tails {
+    /// With room for so many sequences and parts, of processes that call these.
+    pub(super) fn with_capacity(sequences: usize, parts: usize, definitions: &Definitions) -> Tails {
         Tails {
             tails: Vec::with_capacity(parts),
             known: Quick::with_capacity_and_hasher(parts, Default::default()),
             sequences: TermMap::with_capacity_and_hasher(sequences, Default::default()),
             nothing: Rc::default(),
+            passed_on: PassedOn::of(definitions),
         }
     }
 
@@ -63,18 +67,15 @@ impl Tails {
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let own = needed_names(first);
+        let own = self.passed_on.needed(first);
         let later = self.reads(next);
-        let written = match first.node() {
-            Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) => Some(name),
-            _ => None,
-        };
-        // What a read or a `Set` is about to write is not wanted from before.
-        let rewritten = written.filter(|name| later.contains(*name) && !own.contains(*name));
-        let reads = if rewritten.is_none() && own.iter().all(|name| later.contains(name)) {
+        // What a read, a `Set` or a call is about to write is not wanted from before.
+        let mut rewritten = self.passed_on.written(first);
+        rewritten.retain(|name| later.contains(name) && !own.contains(name));
+        let reads = if rewritten.is_empty() && own.iter().all(|name| later.contains(name)) {
             later
         } else {
-            let later = later.iter().filter(|name| Some(*name) != rewritten).cloned();
+            let later = later.iter().filter(|name| !rewritten.contains(*name)).cloned();
             Rc::new(own.into_iter().chain(later).collect())
         };
         self.tails.push(Tail { first: first.clone(), next, reads });
@@ -100,6 +101,23 @@ impl Tails {
     /// The names whose values the parts need from before.
     pub(crate) fn reads(&self, rest: Rest) -> Rc<BTreeSet<Name>> {
         self.tail(rest).map_or_else(|| self.nothing.clone(), |tail| tail.reads.clone())
+    }
+
+    /// The names that a process may bind, itself and by what it calls.
+    pub(super) fn may_bind(&self, term: &Term) -> BTreeSet<Name> {
+        self.passed_on.may(term)
+    }
+
+    /// The values without those of the names that a read, a `Set` or a call is about to bind.
+    pub(super) fn without_written(&self, part: &Term, env: Env) -> Env {
+        let written = self.passed_on.written(part);
+        if !written.iter().any(|name| env.contains_key(name)) {
+            return env;
+        }
+        env.iter()
+            .filter(|(name, _)| !written.contains(*name))
+            .map(|(name, value)| (name.clone(), value.clone()))
+            .collect()
     }
 
     /// The parts in order.

@@ -320,6 +320,7 @@ impl Settler<'_> {
         path: &mut Path,
         depth: usize,
     ) -> Result<Run, Halt> {
+        let mut begun: Option<Term> = None;
         loop {
             let reads = self.tails.borrow().reads(rest);
             let both = if reads.is_subset(wanted) { None } else { Some(reads.union(wanted).cloned().collect()) };
@@ -332,6 +333,7 @@ impl Settler<'_> {
                     };
                     rest = others;
                     *first = fresh(&next, &env);
+                    begun = Some(next);
                 }
                 Run::Aborted => return Ok(Run::Aborted),
                 running => {
@@ -349,7 +351,12 @@ impl Settler<'_> {
                         other => other,
                     };
                     *first = running;
-                    return Ok(Run::Seq(first, rest, restrict(&env, &reads), carried));
+                    let mut kept = restrict(&env, &reads);
+                    if let Some(begun) = begun.filter(|_| !kept.is_empty()) {
+                        // What it is about to bind, nothing reads from before.
+                        kept = self.tails.borrow().without_written(&begun, kept);
+                    }
+                    return Ok(Run::Seq(first, rest, kept, carried));
                 }
             }
         }

@@ -3,7 +3,7 @@
 use super::rest::Tails;
 use super::run::{Env, Halt, Kind, Run, evaluate};
 use crate::name::Name;
-use crate::scope::{bound_names, read_names};
+use crate::scope::read_names;
 use crate::substitution::{bound_at_last, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Value, ValueError};
@@ -209,7 +209,7 @@ pub(crate) fn readable(run: &Run, tails: &Tails) -> Term {
         Run::Delay(left) => Term::delay(left.clone()),
         Run::Wait(term, env) | Run::Fresh(term, env) => filled(term, env),
         Run::Seq(first, rest, env, _) => {
-            let (first, env) = bound_in(readable(first, tails), env);
+            let (first, env) = bound_in(readable(first, tails), env, tails);
             let rest = tails.parts(*rest);
             Term::seq(std::iter::once(first).chain(rest.iter().map(|term| filled(term, &env))))
         }
@@ -230,14 +230,14 @@ pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
     };
     match run {
         Run::Done(carried) => Term::seq(sets(carried)),
-        Run::Wait(term, env) | Run::Fresh(term, env) => known(term, env),
+        Run::Wait(term, env) | Run::Fresh(term, env) => known(term, env, tails),
         Run::Seq(first, rest, env, carried) => {
-            let (first, env) = bound_in(standing(first, tails), env);
-            let rest = known(&Term::seq(tails.parts(*rest).iter().cloned()), &env);
+            let (first, env) = bound_in(standing(first, tails), env, tails);
+            let rest = known(&Term::seq(tails.parts(*rest).iter().cloned()), &env, tails);
             let rest = if matches!(rest.node(), Node::Stop) { Vec::new() } else { vec![rest] };
             Term::seq(sets(carried).into_iter().chain([first]).chain(rest))
         }
-        Run::Else(first, second, env, _) => Term::otherwise(standing(first, tails), known(second, env)),
+        Run::Else(first, second, env, _) => Term::otherwise(standing(first, tails), known(second, env, tails)),
         Run::New(port, body) => Term::new(Node::New(port.clone(), standing(body, tails))),
         Run::Only(shown, body) => Term::new(Node::Project(standing(body, tails), shown.clone())),
         Run::Par(parts) => Term::par(all(parts)),
@@ -248,8 +248,8 @@ pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
 
 /// What runs first, and the values of what follows it: of a name that it binds in some runs only, it binds that value in the
 /// others, and what follows reads what was bound.
-fn bound_in(mut first: Term, env: &Env) -> (Term, Env) {
-    let bound = bound_names(&first);
+fn bound_in(mut first: Term, env: &Env, tails: &Tails) -> (Term, Env) {
+    let bound = tails.may_bind(&first);
     let mut behind = Env::new();
     for (name, value) in env.iter() {
         match bound_at_last(&first, name, value).filter(|_| bound.contains(name)) {
@@ -261,11 +261,11 @@ fn bound_in(mut first: Term, env: &Env) -> (Term, Env) {
 }
 
 /// A process with the values of the names that it reads before it binds them.
-fn known(term: &Term, env: &Env) -> Term {
+fn known(term: &Term, env: &Env, tails: &Tails) -> Term {
     if env.is_empty() {
         return term.clone();
     }
-    let (bound, read) = (bound_names(term), read_names(term));
+    let (bound, read) = (tails.may_bind(term), read_names(term));
     let of = |keep: &dyn Fn(&Name) -> bool| -> Env {
         let kept = env.iter().filter(|(name, _)| read.contains(*name) && keep(name));
         kept.map(|(name, value)| (name.clone(), value.clone())).collect()
@@ -275,8 +275,8 @@ fn known(term: &Term, env: &Env) -> Term {
         Node::Seq(parts) if !anew.is_empty() => {
             let mut now = of(&|_| true);
             let each = parts.iter().map(|part| {
-                let part_now = known(part, &now);
-                let bound = bound_names(part);
+                let part_now = known(part, &now, tails);
+                let bound = tails.may_bind(part);
                 now = now
                     .iter()
                     .filter(|(name, _)| !bound.contains(*name))
@@ -286,8 +286,8 @@ fn known(term: &Term, env: &Env) -> Term {
             });
             Term::seq(each.collect::<Vec<_>>())
         }
-        Node::Par(_) | Node::Disable(_) if !anew.is_empty() => {
-            term.with_children(term.children().map(|part| known(part, env)).collect())
+        Node::Par(_) | Node::Disable(_) | Node::Else(..) | Node::New(..) | Node::Project(..) if !anew.is_empty() => {
+            term.with_children(term.children().map(|part| known(part, env, tails)).collect())
         }
         // A part without parts reads what it is of before it binds what comes of it.
         _ if term.children().is_empty() => substitute_values(term, &of(&|_| true)).unwrap_or_else(|_| term.clone()),

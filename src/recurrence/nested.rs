@@ -7,8 +7,9 @@ use num_traits::{One, ToPrimitive};
 
 use super::Unknown;
 use super::hypergeometric::ratio;
+use super::multiplied::{Multiplied, raised};
 use super::product::{quotient, value_of};
-use super::rational::{distance, shifted, solution};
+use super::rational::solution;
 use crate::closed_form::{Form, Layer, Nested, Recurrence, layer};
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
@@ -17,8 +18,6 @@ use crate::value::{Value, ValueError};
 
 /// The highest order.
 const MOST_ORDER: usize = 6;
-/// The furthest that a factor of a ratio is moved to meet another.
-const MOST_APART: i64 = 30;
 /// The latest index at which a coefficient may be 0 or not defined.
 const MOST_EARLY: i64 = 60;
 
@@ -32,15 +31,16 @@ pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, Unknown> {
 
 /// The same of one whose equation speaks of layers that are there already, and begin at 0.
 fn over(recurrence: &Recurrence, layers: Vec<Layer>) -> Result<Option<Form>, Unknown> {
-    let [_] = recurrence.sequences.as_slice() else { return Ok(None) };
+    let [sequence] = recurrence.sequences.as_slice() else { return Ok(None) };
     let Some((coefficients, input)) = linear(recurrence) else { return Ok(None) };
     let index = &recurrence.index;
-    if coefficients.len() > MOST_ORDER {
+    let varies = |one: &Value| (0..layers.len()).any(|place| one.mentions(&layer(place)));
+    if coefficients.len() > MOST_ORDER || (coefficients.len() > 1 && coefficients.iter().any(varies)) {
         return Ok(None);
     }
     // Terms that are not read delay a recurrence of lower order.
     let delay = coefficients.iter().take_while(|one| one.is_zero()).count();
-    if delay == coefficients.len() {
+    if delay == coefficients.len() && layers.is_empty() {
         return Ok(None);
     }
     let Some(ratios) = factors(&coefficients[delay..], index)? else { return Ok(None) };
@@ -48,22 +48,36 @@ fn over(recurrence: &Recurrence, layers: Vec<Layer>) -> Result<Option<Form>, Unk
     let delayed = i64::try_from(delay).unwrap_or(MOST_EARLY);
     let back = Value::variable(index).sub(&Value::integer(delayed))?;
     let ratios = ratios.iter().map(|one| one.with(index, &back)).collect::<Result<Vec<_>, _>>()?;
-    let input = input.with(index, &back)?;
     let Some(since) = since(&ratios, index).map(|since| since.max(delayed)) else { return Ok(None) };
     let start = usize::try_from(since).unwrap_or(0);
-    let varies = |one: &Value| (0..layers.len()).any(|place| one.mentions(&layer(place)));
-    if !layers.is_empty() && (start > 0 || coefficients.len() > 1 || coefficients.iter().any(varies)) {
-        return Ok(None);
-    }
-    let terms = recurrence.iterate(start + coefficients.len())?.swap_remove(0);
-    let mut work = Work { index, since, layers };
-    let value = work.solve(&ratios, &input, &terms[start..])?;
+    let whole = Nested { early: Vec::new(), layers, value: sequence.next.clone() };
+    let terms = terms(recurrence, &whole, start + coefficients.len())?;
+    let input = Nested { value: input, ..whole }.delayed(index, delay)?.beginning(index, 0, since)?;
+    let mut work = Work { index, since, layers: input.layers };
+    let value = match ratios.is_empty() {
+        true => input.value,
+        false => work.solve(&ratios, &input.value, &terms[start..])?,
+    };
     let early = terms[..start].to_vec();
-    Ok(Some(if work.layers.is_empty() {
-        Form::Value(early, value)
-    } else {
-        Form::Nested(Nested { early, layers: work.layers, value })
-    }))
+    let plain = !(0..work.layers.len()).any(|place| value.mentions(&layer(place)));
+    Ok(Some(if plain { Form::Value(early, value) } else { Form::Nested(Nested { early, layers: work.layers, value }) }))
+}
+
+/// The first terms of one sequence, whose next one, over layers that begin at 0, is the value of these.
+fn terms(recurrence: &Recurrence, next: &Nested, count: usize) -> Result<Vec<Value>, Unknown> {
+    let [sequence] = recurrence.sequences.as_slice() else { return Ok(Vec::new()) };
+    if next.layers.is_empty() {
+        return Ok(recurrence.iterate(count)?.swap_remove(0));
+    }
+    let mut terms = sequence.start.clone();
+    for at in 0..count.saturating_sub(terms.len()) {
+        let mut value = next.at(&recurrence.index, 0, i64::try_from(at).unwrap_or(MOST_EARLY))?;
+        for offset in 0..sequence.start.len() {
+            value = value.with(&recurrence.term(&sequence.name, offset), &terms[at + offset])?;
+        }
+        terms.push(value);
+    }
+    Ok(terms)
 }
 
 /// The sums and products of sequences that are solved, for those that read them.
@@ -105,7 +119,7 @@ impl Layers {
     /// # Errors
     /// When a value becomes too large.
     pub(super) fn value(&mut self, form: &Form, index: &Name, offset: usize) -> Result<Option<Value>, ValueError> {
-        let Some(mut value) = self.0.holding(form, index)? else { return Ok(None) };
+        let Some(mut value) = self.0.holding(form, index, (0, 0))? else { return Ok(None) };
         for _ in 0..offset {
             value = self.0.next(&value, index)?;
         }
@@ -291,41 +305,37 @@ impl Work<'_> {
         Ok(value)
     }
 
-    /// A multiple of the product of a ratio: factors that meet again further on leave a quotient of polynomials.
+    /// A multiple of the product of a ratio: factors that meet again further on leave a quotient of polynomials, and what is
+    /// left may be a power of a product that is there already.
     fn product(&mut self, ratio: &Value) -> Result<Value, Unknown> {
         let count = Value::variable(self.index);
-        if !ratio.mentions(self.index) {
+        let plain = !(0..self.layers.len()).any(|place| ratio.mentions(&layer(place)));
+        if plain && !ratio.mentions(self.index) {
             return Ok(ratio.power(&count)?);
         }
-        let Some((scale, [above, below])) = scaled(ratio, self.index) else {
+        let Some((scale, ratio)) = scaled(ratio, self.index).filter(|_| plain) else {
             return Ok(self.layered(ratio.clone()));
         };
-        let base = above.coefficient(above.degree()) / below.coefficient(below.degree());
-        let (mut tops, mut bottoms) = (listed(&above), listed(&below));
-        let mut value = scale.mul(&Value::rational(base))?.power(&count)?;
-        let mut at = 0;
-        while let Some(f) = tops.get(at) {
-            let met = bottoms.iter().enumerate().find_map(|(place, g)| {
-                let apart = distance(f, g).filter(|apart| apart.abs() <= MOST_APART)?;
-                Some((place, apart))
-            });
-            let Some((place, apart)) = met else {
-                at += 1;
-                continue;
-            };
-            let (f, g) = (tops.swap_remove(at), bottoms.swap_remove(place));
-            // f(n) = g(n+i): the product of f/g is that of i values of g, now over those at first.
-            for step in 0..apart.abs() {
-                let factor = value_of(&shifted(if apart > 0 { &g } else { &f }, step), &count)?;
-                value = if apart > 0 { value.mul(&factor)? } else { value.div(&factor)? };
+        let met = Multiplied::of(&ratio, &count)?;
+        let scale = scale.power(&count)?;
+        if met.ratio.iter().all(|rest| rest.degree() == 0) {
+            return Ok(scale.mul(&met.base.power(&count)?)?.mul(&met.value)?);
+        }
+        for (place, one) in self.layers.iter().enumerate() {
+            let Layer::Product(inner) = one else { continue };
+            let Some(own) = quotient(inner, self.index) else { continue };
+            for power in [1, -1, 2, -2] {
+                let [above, below] = raised(&own, -power);
+                let met = Multiplied::of(&[ratio[0].times(&above), ratio[1].times(&below)], &count)?;
+                if met.ratio.iter().all(|rest| rest.degree() == 0) {
+                    let known = Value::variable(&layer(place)).power(&Value::integer(power))?;
+                    return Ok(scale.mul(&met.base.power(&count)?)?.mul(&met.value)?.mul(&known)?);
+                }
             }
         }
-        if tops.is_empty() && bottoms.is_empty() {
-            return Ok(value);
-        }
-        let whole = |all: &[Univariate]| all.iter().fold(Univariate::one(), |product, one| product.times(one));
-        let rest = value_of(&whole(&tops), &count)?.div(&value_of(&whole(&bottoms), &count)?)?;
-        Ok(value.mul(&self.layered(rest))?)
+        let rest = value_of(&met.ratio[0], &count)?.div(&value_of(&met.ratio[1], &count)?)?;
+        let known = self.layered(rest);
+        Ok(scale.mul(&met.base.power(&count)?)?.mul(&met.value)?.mul(&known)?)
     }
 
     /// The product of a ratio as a layer; the same one for the same ratio.
@@ -339,26 +349,21 @@ impl Work<'_> {
         let mut pieces = vec![(value.clone(), Value::one(), [Univariate::one(), Univariate::one()], true)];
         for (place, one) in self.layers.iter().enumerate().rev() {
             let name = layer(place);
+            let own = match one {
+                Layer::Product(inner) => quotient(inner, self.index),
+                Layer::Sum(_) => None,
+            };
             let mut next = Vec::new();
             for (rest, layers, ratio, simple) in pieces {
-                let Some((factor, constant)) = rest.linear_in(&name).filter(|(factor, _)| !factor.is_zero()) else {
-                    let simple = simple && !rest.mentions(&name);
-                    next.push((rest, layers, ratio, simple));
+                let Some(powers) = powers(&rest, &name) else {
+                    next.push((rest, layers, ratio, false));
                     continue;
                 };
-                let own = match one {
-                    Layer::Product(inner) => quotient(inner, self.index),
-                    Layer::Sum(_) => None,
-                };
-                let grown = layers.mul(&Value::variable(&name))?;
-                match own {
-                    Some([above, below]) => {
-                        next.push((factor, grown, [ratio[0].times(&above), ratio[1].times(&below)], simple));
-                    }
-                    None => next.push((factor, grown, ratio.clone(), false)),
-                }
-                if !constant.is_zero() {
-                    next.push((constant, layers, ratio, simple));
+                for (power, factor) in powers {
+                    let grown = layers.mul(&Value::variable(&name).power(&Value::integer(power))?)?;
+                    let [above, below] = own.as_ref().map_or_else(|| raised(&ratio, 0), |own| raised(own, power));
+                    let simple = simple && (power == 0 || own.is_some());
+                    next.push((factor, grown, [ratio[0].times(&above), ratio[1].times(&below)], simple));
                 }
             }
             pieces = next;
@@ -467,7 +472,25 @@ impl Work<'_> {
     }
 }
 
-/// The monic factors, each as often as it divides.
-fn listed(polynomial: &Univariate) -> Vec<Univariate> {
-    polynomial.factors().into_iter().flat_map(|(factor, count)| vec![factor; count]).collect()
+/// The powers of a name in a value, with their factors; none where it is no sum of such.
+fn powers(value: &Value, name: &Name) -> Option<Vec<(i64, Value)>> {
+    let alone = |value: &Value| {
+        let all = exponentials(value, name)?;
+        match all.into_iter().collect::<Vec<_>>().as_slice() {
+            [(base, coefficients)] if *base == Value::one() => Some(coefficients.clone()),
+            [] => Some(Vec::new()),
+            _ => None,
+        }
+    };
+    let below = alone(&value.denominator()?)?;
+    let place = below.iter().position(|one| !one.is_zero())?;
+    if below.iter().skip(place + 1).any(|one| !one.is_zero()) {
+        return None;
+    }
+    let mut all = Vec::new();
+    for (power, factor) in alone(&value.numerator()?)?.iter().enumerate().filter(|(_, one)| !one.is_zero()) {
+        let power = i64::try_from(power).ok()?.checked_sub(i64::try_from(place).ok()?)?;
+        all.push((power, factor.div(&below[place]).ok()?));
+    }
+    Some(all)
 }

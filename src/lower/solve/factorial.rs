@@ -13,6 +13,8 @@ use crate::value::Value;
 
 /// The greatest number whose factorial is computed.
 const MOST: i64 = 2_000;
+/// The furthest factorial behind the index that is written out.
+const MOST_OPENED: i64 = 20;
 
 impl Lowerer<'_> {
     /// The question with the sequence of factorials, where it has some of its index and says nothing else of them.
@@ -44,6 +46,13 @@ impl Lowerer<'_> {
             );
         };
         let mut solve = solve.clone();
+        for (left, right) in &mut solve.equations {
+            opened(left);
+            opened(right);
+        }
+        if let Some(find) = &mut solve.find {
+            sides_in(&mut find.either).for_each(opened);
+        }
         let [one, index] =
             [ValueKind::Number(BigRational::one()), ValueKind::Name(index)].map(|kind| Written { span, kind });
         let next = Written { span, kind: ValueKind::Sum(vec![(false, index.clone()), (false, one)]) };
@@ -128,6 +137,60 @@ fn place_of(place: &Written) -> Option<Index> {
 
 fn sides_of(either: &ast::Either) -> impl Iterator<Item = &Written> {
     either.comparisons().flat_map(|one| [&one.left, &one.right])
+}
+
+fn sides_in(either: &mut ast::Either) -> impl Iterator<Item = &mut Written> {
+    either.0.iter_mut().flatten().flat_map(|one| [&mut one.left, &mut one.right])
+}
+
+/// Writes `(n+2)!` as `(n+2)*(n+1)*n!`, wherever it stands.
+fn opened(value: &mut Written) {
+    let span = value.span;
+    match &mut value.kind {
+        ValueKind::Number(_) | ValueKind::Name(_) => {}
+        ValueKind::Sum(parts) | ValueKind::Product(parts) => parts.iter_mut().for_each(|(_, part)| opened(part)),
+        ValueKind::Power(base, exponent) => [base, exponent].into_iter().for_each(|part| opened(part)),
+        ValueKind::Negative(inner) | ValueKind::Absolute(inner) => opened(inner),
+        ValueKind::If(_, parts) => parts.iter_mut().for_each(opened),
+        ValueKind::Vector(parts) => parts.iter_mut().for_each(opened),
+        ValueKind::Iterate(_, arguments) => arguments.iter_mut().for_each(|argument| opened(&mut argument.value)),
+        ValueKind::Cases(cases) => {
+            for (value, when) in cases {
+                opened(value);
+                when.iter_mut().flat_map(sides_in).for_each(opened);
+            }
+        }
+        ValueKind::Call(name, arguments) => match arguments.as_mut_slice() {
+            [Argument { label: None, value: of }] if is_factorial(name) => {
+                let Some((index, places)) = later(of) else { return };
+                let written = |kind| Written { span, kind };
+                let place = |place: i64| {
+                    let number = written(ValueKind::Number(BigRational::from_integer(place.into())));
+                    written(ValueKind::Sum(vec![(false, written(ValueKind::Name(index.clone()))), (false, number)]))
+                };
+                let factors = (1..=places).rev().map(|at| (false, place(at)));
+                let rest = (false, call(written(ValueKind::Name(index.clone())), span));
+                value.kind = ValueKind::Product(factors.chain([rest]).collect());
+            }
+            all => all.iter_mut().for_each(|argument| opened(&mut argument.value)),
+        },
+    }
+}
+
+/// The index and by how much it is greater, of `n+2`.
+fn later(place: &Written) -> Option<(Ident, i64)> {
+    let ValueKind::Sum(parts) = &place.kind else { return None };
+    let (mut index, mut places) = (None, BigRational::from_integer(0.into()));
+    for (negative, part) in parts {
+        match &part.kind {
+            ValueKind::Name(name) if !negative && index.is_none() => index = Some(name.clone()),
+            ValueKind::Number(number) if *negative => places -= number,
+            ValueKind::Number(number) => places += number,
+            _ => return None,
+        }
+    }
+    let places = Some(places).filter(BigRational::is_integer)?.to_integer().to_i64()?;
+    Some((index?, places)).filter(|_| (1..=MOST_OPENED).contains(&places))
 }
 
 /// Where a factorial of an index stands.
