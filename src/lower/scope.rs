@@ -66,6 +66,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) guards: Option<Vec<Vec<Comparison>>>,
     /// The parameters in the exponents of the equations read.
     pub(super) exponents: BTreeSet<Name>,
+    /// Whether the terms that are called `factorial` are factorials.
+    pub(super) factorials: bool,
     /// What must hold of parameters for the equations read to mean something.
     pub(super) conditions: Vec<Requirement>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
@@ -110,6 +112,7 @@ impl<'e> Lowerer<'e> {
             needed: None,
             guards: Some(vec![Vec::new()]),
             exponents: BTreeSet::new(),
+            factorials: false,
             conditions: Vec::new(),
             readings: 10_000,
             depth: 0,

@@ -74,6 +74,7 @@ const MOST_INDEX: i64 = 1_000;
 impl Lowerer<'_> {
     pub(super) fn solve(&mut self, solve: &ast::Solve) -> Option<Question> {
         let with_factorials = self.with_factorials(solve)?;
+        self.factorials = with_factorials.is_some();
         let solve = with_factorials.as_ref().unwrap_or(solve);
         let mut equations = Equations::default();
         if let Some((left, _)) = solve.equations.get(MOST_EQUATIONS) {

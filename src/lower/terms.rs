@@ -9,7 +9,7 @@ use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
 use super::value::{FUNCTIONS, Kept, Needed, Requirement, Ways, behind_guards};
-use crate::ast::{Argument, Ident, Value as Written, ValueKind};
+use crate::ast::{Argument, FACTORIAL, Ident, Value as Written, ValueKind};
 use crate::closed_form::{Comparison, first_zero, term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
@@ -109,6 +109,10 @@ impl Lowerer<'_> {
             known.assume_natural(index);
         }
         known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
+        let factorial = raw(&Name::new(FACTORIAL), index, 0);
+        if self.factorials && terms.contains(&factorial) {
+            known.assume(Relation::Gtr, &Value::variable(&factorial), &Value::zero());
+        }
         let reads = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
         let cases = OnceCell::new();
         for Needed { need, span, guards } in needed {

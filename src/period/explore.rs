@@ -20,6 +20,7 @@ use super::held::{Held, Together, first_held, name_variables};
 use super::instant::{Clock, Moment};
 use super::lonely::{Ended, Waiting};
 use super::merge::merge;
+use super::passed_on::PassedOn;
 use super::ports::System;
 use super::rest::Tails;
 use super::run::{Halt, Path, RawTest, Run, Settler};
@@ -134,7 +135,8 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     let reserved = run.reserved(components);
     // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
-    let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations), definitions));
+    let (parts, passed_on) = (room(2 * system.operations), PassedOn::of(components, definitions));
+    let tails = RefCell::new(Tails::with_capacity(room(components.len()), parts, passed_on));
     let (durations, ended) = (RefCell::default(), Ended::of(&system.users));
     let settler = Settler { definitions, reserved: &reserved, tails, durations, ended };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);

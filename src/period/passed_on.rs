@@ -13,24 +13,29 @@ use crate::value::Value;
 pub(crate) struct PassedOn {
     /// Those that a call may bind, of all processes that may bind one.
     may: BTreeMap<Name, BTreeSet<Name>>,
-    /// Those that are bound whenever a call stops.
+    /// Those that are bound whenever a call stops, of all processes that surely bind one.
     surely: BTreeMap<Name, BTreeSet<Name>>,
 }
 
 impl PassedOn {
-    /// Of all definitions: from those that call nothing on, each again when something that it calls binds more.
-    pub(super) fn of(definitions: &Definitions) -> PassedOn {
+    /// Of all that these call: from what calls nothing on, each again when something that it calls binds more.
+    pub(super) fn of(components: &[Term], definitions: &Definitions) -> PassedOn {
         let mut callers: BTreeMap<&Name, BTreeSet<&Name>> = BTreeMap::new();
-        let mut binding = BTreeMap::new();
-        for definition in definitions.iter() {
-            for part in subterms(&definition.body) {
-                if let Node::Call(called, _) = part.node() {
-                    callers.entry(called).or_default().insert(&definition.name);
+        let (mut binding, mut reached) = (BTreeMap::new(), BTreeSet::new());
+        let mut open: Vec<(Option<&Name>, &Term)> = components.iter().map(|term| (None, term)).collect();
+        while let Some((caller, term)) = open.pop() {
+            for part in subterms(term) {
+                let Node::Call(called, _) = part.node() else { continue };
+                if let Some(caller) = caller {
+                    callers.entry(called).or_default().insert(caller);
                 }
-            }
-            let own = bound_names(&definition.body);
-            if !own.is_empty() {
-                binding.insert(&definition.name, own);
+                if let Some(definition) = definitions.get(called).filter(|_| reached.insert(called)) {
+                    open.push((Some(&definition.name), &definition.body));
+                    let own = bound_names(&definition.body);
+                    if !own.is_empty() {
+                        binding.insert(&definition.name, own);
+                    }
+                }
             }
         }
         let mut waiting: VecDeque<&Name> = binding.keys().copied().collect();
@@ -42,7 +47,9 @@ impl PassedOn {
             let surely = if definition.recursive { BTreeSet::new() } else { found.surely(&definition.body) };
             if found.may.get(name) != Some(&may) || (!surely.is_empty() && found.surely.get(name) != Some(&surely)) {
                 found.may.insert(name.clone(), may);
-                found.surely.insert(name.clone(), surely);
+                if !surely.is_empty() {
+                    found.surely.insert(name.clone(), surely);
+                }
                 waiting.extend(callers.get(name).into_iter().flatten());
             }
         }
@@ -78,7 +85,7 @@ impl PassedOn {
 
     /// The names whose values a process needs from before: what a sequence reads behind what binds it, it does not.
     pub(super) fn needed(&self, term: &Term) -> BTreeSet<Name> {
-        if self.surely.values().all(BTreeSet::is_empty) {
+        if self.surely.is_empty() {
             return needed_names(term);
         }
         let mut needed: BTreeSet<Name> = term.values().flat_map(Value::variables).collect();

@@ -8,7 +8,6 @@ use std::rc::Rc;
 
 use super::env::Env;
 use super::passed_on::PassedOn;
-use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
 use crate::term::{Node, Term, TermMap};
@@ -37,14 +36,14 @@ pub(crate) struct Tails {
 }
 
 impl Tails {
-    /// With room for so many sequences and parts, of processes that call these.
-    pub(super) fn with_capacity(sequences: usize, parts: usize, definitions: &Definitions) -> Tails {
+    /// With room for so many sequences and parts, of processes that pass this on.
+    pub(super) fn with_capacity(sequences: usize, parts: usize, passed_on: PassedOn) -> Tails {
         Tails {
             tails: Vec::with_capacity(parts),
             known: Quick::with_capacity_and_hasher(parts, Default::default()),
             sequences: TermMap::with_capacity_and_hasher(sequences, Default::default()),
             nothing: Rc::default(),
-            passed_on: PassedOn::of(definitions),
+            passed_on,
         }
     }
 

@@ -171,7 +171,8 @@ fn factors(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Value>>, U
 fn operator(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Univariate>>, Unknown> {
     let mut parts = Vec::new();
     for one in coefficients {
-        let Some(part) = quotient(one, index) else { return Ok(None) };
+        let zero = one.is_zero().then(|| [Univariate::zero(), Univariate::one()]);
+        let Some(part) = zero.or_else(|| quotient(one, index)) else { return Ok(None) };
         parts.push(part);
     }
     let mut below = Univariate::one();
