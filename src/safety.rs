@@ -11,6 +11,7 @@ mod differences;
 pub mod drawn;
 mod equality;
 mod generalised;
+mod integers;
 mod later;
 mod learned;
 mod noise;

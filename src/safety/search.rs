@@ -8,6 +8,7 @@ use super::candidates::{Kept, candidates, claimed};
 use super::condition::{Clause, Sufficient, exclusion, sufficient, weakest};
 use super::curves::{Kind, curves};
 use super::equality::equalities;
+use super::integers::integers;
 use super::points::Points;
 use super::swings::swings;
 use super::{Asked, Outcome, Verdict};
@@ -57,7 +58,11 @@ pub(super) fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumpt
     let nothing = vec![BTreeSet::new(); equal.len()];
     // Equalities are told apart, as most proofs do without.
     let kinds = [Kept::Following, Kept::Reached, Kept::All];
+    let mut whole = integers(period, claim);
+    let rounds = whole.iter().any(|whole| !whole.is_empty());
+    whole.iter_mut().zip(&equal).for_each(|(whole, equal)| whole.extend(equal.iter().cloned()));
     let ways = [&nothing, &equal].into_iter().flat_map(|known| kinds.map(|kept| (kept, known)));
+    let ways = ways.chain(rounds.then_some((Kept::Following, &whole)));
     for candidate in stronger.chain([claim.clone()]) {
         for (kept, known) in ways.clone() {
             let invariant = match candidates(period, &candidate, assumptions, kept, known) {
@@ -70,6 +75,7 @@ pub(super) fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumpt
             };
             tried.push(invariant.clone());
             match prove(period, claim, assumptions, invariant.clone(), outcome) {
+                Ok(()) if std::ptr::eq(known, &whole) => return needed(period, claim, assumptions, outcome),
                 Ok(()) => return,
                 Err(rejected) => reasons.insert(rejected.0),
             };
