@@ -490,5 +490,5 @@ fn why_drawn_times_are_not_told_apart_is_said_in_the_names_of_the_text() {
 #[test]
 fn factorials_stand_below_fractions_in_sums() {
     let script = "solve x(n+1) = (n+2)*x(n)+1/n!, x(0) = 1\n";
-    says(script, &["x(n) = (n+1)! + (n+1)!*sum(k=0..n-1, 1/((k+2)*k!*(k+1)!))"]);
+    says(script, &["x(n) = (n+1)! + (n+1)!*sum(k=0..n-1, (3*k+k^2+2)/(k+2)!^2)"]);
 }

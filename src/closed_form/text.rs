@@ -298,6 +298,9 @@ fn counter(taken: impl Fn(&Name) -> bool) -> Name {
     names.find(|name| !taken(name)).unwrap_or_else(|| Name::new("k"))
 }
 
+/// How many places before or behind a product one is looked for over which a value is shorter.
+const MOST_PLACES: i64 = 6;
+
 /// A value over a product of factorials, and these: `(n+1)!` for `(n+1)*n!`, if the value is shorter over those.
 fn shortest(
     value: &Value,
@@ -323,7 +326,7 @@ fn shortest(
     };
     let length = |value: &Value| value.to_string().chars().count();
     let mut best = (value.clone(), whole);
-    for found in [1, 2, -1].into_iter().filter_map(later) {
+    for found in (1..=MOST_PLACES).flat_map(|places| [places, -places]).filter_map(later) {
         if length(&found.0) < length(&best.0) {
             best = found;
         }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::exclusive::is_guard;
 use super::process::guard;
 use super::scope::{Lowerer, Metas};
 use super::{Entity, Quantity};
@@ -17,6 +18,8 @@ pub struct Flow {
     pub stop: Option<BTreeSet<Name>>,
     /// Whether it may abort.
     pub aborts: bool,
+    /// Whether it may abort otherwise than by the guards that it begins with, where it is a sequence.
+    pub aborts_later: bool,
     /// Every name that it may bind.
     pub binds: BTreeSet<Name>,
     /// Whether it may stop having neither waited nor communicated.
@@ -126,6 +129,7 @@ impl Walk<'_, '_> {
     fn sequence(&mut self, parts: &[Term], bound: &Bound) -> Flow {
         let mut bound = bound.clone();
         let mut whole = Flow::stops().at_once();
+        let mut guards = true;
         for part in parts {
             let next = self.flow(part, &bound);
             if let Some(names) = &next.stop {
@@ -135,6 +139,8 @@ impl Walk<'_, '_> {
             }
             let reached = whole.stop.is_some();
             whole.aborts |= reached && next.aborts;
+            guards &= is_guard(part);
+            whole.aborts_later |= !guards && next.aborts;
             if whole.quick_stop {
                 whole.quick_abort |= next.quick_abort;
                 whole.reaches.extend(next.reaches);
@@ -160,11 +166,12 @@ impl Walk<'_, '_> {
         let certain = certain.reduce(|left, right| left.union(&right).cloned().collect());
         let stop = certain.or_else(|| common(flows.iter().filter_map(|flow| flow.stop.as_ref())));
         let quick = flows.iter().all(Flow::quick_end);
+        let aborts = flows.iter().all(|flow| flow.aborts) && !self.one_stops(parts, &flows);
         let mut whole = Flow {
             stop: stop.filter(|_| ends),
-            aborts: flows.iter().all(|flow| flow.aborts),
+            aborts,
             quick_stop: quick && flows.iter().any(|flow| flow.quick_stop),
-            quick_abort: flows.iter().all(|flow| flow.quick_abort),
+            quick_abort: aborts && flows.iter().all(|flow| flow.quick_abort),
             ..Flow::default()
         };
         gather(&mut whole, flows);
@@ -206,14 +213,7 @@ impl Walk<'_, '_> {
             );
         }
         let stop = if flow.aborts { Some(BTreeSet::new()) } else { None };
-        Flow {
-            stop,
-            aborts: false,
-            quick_stop: flow.quick_abort,
-            quick_abort: false,
-            binds: flow.binds,
-            reaches: flow.reaches,
-        }
+        Flow { stop, quick_stop: flow.quick_abort, binds: flow.binds, reaches: flow.reaches, ..Flow::default() }
     }
 
     fn application(&mut self, name: &Ident, arguments: &[Written], results: &[Ident]) -> Flow {
@@ -351,6 +351,7 @@ fn alternative(first: Flow, second: Flow) -> Flow {
         quick_stop: first.quick_stop || (first.quick_abort && second.quick_stop),
         quick_abort: first.quick_abort && second.quick_abort,
         reaches: first.reaches,
+        ..Flow::default()
     };
     whole.binds.extend(second.binds);
     if first.quick_abort {

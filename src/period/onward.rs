@@ -10,7 +10,7 @@ use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::Value;
 
-/// Rounds that are followed; after each power of two of them it is looked whether the ways come again.
+/// Rounds that are followed; after 1, 2, 3, 4, 6, 8, 12, … of them it is looked whether the ways come again.
 const MOST_ROUNDS: usize = 1 << 9;
 /// Ways that come again one after another.
 const MOST_WAYS: usize = 32;
@@ -58,7 +58,8 @@ impl Period {
                 return None;
             }
             (edges, phase) = (&self.phases.get(number)?.edges, Some(number));
-            if taken.len().is_power_of_two()
+            let count = taken.len();
+            if (count.is_power_of_two() || (count.is_multiple_of(3) && (count / 3).is_power_of_two()))
                 && let Some(found) = again(&taken, (number, &state, &time), assumptions, interrupted)
             {
                 return Some(found);
@@ -68,10 +69,11 @@ impl Period {
     }
 }
 
-/// What comes again from here on, if the last ways are those before them.
+/// What comes again from here on, if the last ways are those before them: the fewest such ways, or those that have come again
+/// for longest, as three may come twice within a greater round.
 fn again(
     taken: &[Taken<'_>],
-    (phase, state, now): (usize, &BTreeMap<Name, Value>, &Value),
+    now: (usize, &BTreeMap<Name, Value>, &Value),
     assumptions: &Assumptions,
     interrupted: &dyn Fn() -> bool,
 ) -> Option<Course> {
@@ -80,7 +82,22 @@ fn again(
         let (last, earlier) = (taken.iter().rev(), taken.iter().rev().skip(count));
         last.zip(earlier).take_while(|(one, other)| one.is_as(other)).count()
     };
-    let count = (1..=MOST_WAYS.min(taken.len() / 2)).find(|count| repeated(*count) >= *count)?;
+    let counts = (1..=MOST_WAYS.min(taken.len() / 2)).map(|count| (count, repeated(count)));
+    let counts: Vec<(usize, usize)> = counts.filter(|(count, repeated)| repeated >= count).collect();
+    let (fewest, _) = *counts.first()?;
+    let (longest, _) = *counts.iter().rev().max_by_key(|(_, repeated)| *repeated)?;
+    repeats(taken, fewest, now, assumptions, interrupted)
+        .or_else(|| (longest != fewest).then(|| repeats(taken, longest, now, assumptions, interrupted)).flatten())
+}
+
+/// Whether so many last ways are taken for ever.
+fn repeats(
+    taken: &[Taken<'_>],
+    count: usize,
+    (phase, state, now): (usize, &BTreeMap<Name, Value>, &Value),
+    assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
+) -> Option<Course> {
     let ways = taken.get(taken.len() - count..)?;
     if ways.first()?.phase != phase {
         return None;

@@ -119,6 +119,11 @@ impl Look<'_, '_> {
                 stops.then(|| self.after(term, here))
             }
             Node::Seq(parts) => parts.iter().try_fold(here, |here, part| self.walk(part, here, calls)),
+            // Rounds of which there is one at least; the names that they bind may be bound anew in each.
+            Node::Power(body, count, _) if self.is_positive(count, &here) => {
+                let here = self.after(term, here);
+                self.walk(body, here.clone(), calls).map(|_| here)
+            }
             // Of the rest it is only taken that each part may begin, and that it may stop if a part may.
             _ => {
                 let here = self.after(term, here);
@@ -135,11 +140,7 @@ impl Look<'_, '_> {
     fn begins(&mut self, term: &Term, here: &mut Here, most: usize) -> Begins {
         match term.node() {
             Node::In(..) | Node::Out(..) => Begins::Waits,
-            Node::Delay(time) => {
-                let time = self.resolved(time, here);
-                let lasts = here.guards.decide(Relation::Gtr, &time, &Value::zero()) == Some(true);
-                if lasts { Begins::Waits } else { Begins::MayEnd }
-            }
+            Node::Delay(time) if self.is_positive(time, here) => Begins::Waits,
             Node::Guard(relation, left, right) => {
                 let (left, right) = (self.resolved(left, here), self.resolved(right, here));
                 let passes = here.guards.decide(*relation, &left, &right) == Some(true);
@@ -170,8 +171,18 @@ impl Look<'_, '_> {
                 let begins = self.begins(body, &mut Here { guards: here.guards.clone(), values }, most - 1);
                 if begins == Begins::Waits { Begins::Waits } else { Begins::MayEnd }
             }
+            Node::Power(body, count, _) if self.is_positive(count, here) => {
+                let mut inside = self.after(term, here.clone());
+                if self.begins(body, &mut inside, most) == Begins::Waits { Begins::Waits } else { Begins::MayEnd }
+            }
             _ => Begins::MayEnd,
         }
+    }
+
+    /// Whether a value is surely greater than 0.
+    fn is_positive(&mut self, value: &Value, here: &Here) -> bool {
+        let value = self.resolved(value, here);
+        here.guards.decide(Relation::Gtr, &value, &Value::zero()) == Some(true)
     }
 
     /// What is known behind a process, whatever it bound: of the names that it may bind nothing.
