@@ -15,7 +15,7 @@ const MOST_VARIABLES: usize = 12;
 pub(super) fn integers(period: &Period, claim: &Claim) -> Vec<BTreeSet<Test>> {
     let rounded = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Floor(_)));
     let claimed = claim.tests.iter().any(|test| rounded(&test.left) || rounded(&test.right));
-    let shown = |term: &Term| term.values().any(|value| rounded(value));
+    let shown = |term: &Term| term.values().any(&rounded);
     let anything = claimed
         || period.ways().any(|edge| {
             edge.map.values().any(rounded) || edge.segments.iter().flat_map(|segment| &segment.observed).any(shown)
