@@ -315,14 +315,16 @@ fn shortest(
         // The product so many places on has these factors more, and those that it does not begin with.
         let (mut now, mut first) = (Value::one(), Value::one());
         for place in places.min(0)..places.max(0) {
-            let at = |index_now: &Value| ratio.with(index, &index_now.add(&Value::integer(place)).ok()?).ok();
-            now = now.mul(&at(&count)?).ok()?;
-            first = first.mul(&at(&Value::integer(from))?).ok()?;
+            let factor = |here: &Value| ratio.with(index, &here.add(&Value::integer(place)).ok()?).ok();
+            now = now.mul(&factor(&count)?).ok()?;
+            first = first.mul(&factor(&Value::integer(from))?).ok()?;
         }
-        let (now, first) =
-            if places < 0 { (Value::one().div(&now).ok()?, Value::one().div(&first).ok()?) } else { (now, first) };
-        let value = value.with(name, &product.div(&now).ok()?).ok()?;
-        Some((value, whole.mul(&first).ok()?))
+        // So many places back it lacks the one, and begins with the other.
+        let (product, whole) = match places < 0 {
+            true => (product.mul(&now).ok()?, whole.div(&first).ok()?),
+            false => (product.div(&now).ok()?, whole.mul(&first).ok()?),
+        };
+        Some((value.with(name, &product).ok()?, whole))
     };
     let length = |value: &Value| value.to_string().chars().count();
     let mut best = (value.clone(), whole);

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::scope::{bound_names, needed_names, subterms};
+use crate::scope::{binds_itself, bound_names, needed_names, subterms};
 use crate::term::{Node, Term};
 use crate::value::Value;
 
@@ -21,7 +21,7 @@ impl PassedOn {
     /// Of all that these call: from what calls nothing on, each again when something that it calls binds more.
     pub(super) fn of(components: &[Term], definitions: &Definitions) -> PassedOn {
         let mut callers: BTreeMap<&Name, BTreeSet<&Name>> = BTreeMap::new();
-        let (mut binding, mut reached) = (BTreeMap::new(), BTreeSet::new());
+        let (mut binding, mut reached) = (BTreeSet::new(), BTreeSet::new());
         let mut open: Vec<(Option<&Name>, &Term)> = components.iter().map(|term| (None, term)).collect();
         while let Some((caller, term)) = open.pop() {
             for part in subterms(term) {
@@ -31,14 +31,13 @@ impl PassedOn {
                 }
                 if let Some(definition) = definitions.get(called).filter(|_| reached.insert(called)) {
                     open.push((Some(&definition.name), &definition.body));
-                    let own = bound_names(&definition.body);
-                    if !own.is_empty() {
-                        binding.insert(&definition.name, own);
+                    if subterms(&definition.body).any(|part| binds_itself(part).is_some()) {
+                        binding.insert(&definition.name);
                     }
                 }
             }
         }
-        let mut waiting: VecDeque<&Name> = binding.keys().copied().collect();
+        let mut waiting: VecDeque<&Name> = binding.into_iter().collect();
         let mut found = PassedOn::default();
         while let Some(name) = waiting.pop_front() {
             let Some(definition) = definitions.get(name) else { continue };
